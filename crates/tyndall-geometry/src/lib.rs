@@ -1,0 +1,1 @@
+//! Meshes, instances and their watertight intersection.

@@ -1,0 +1,1 @@
+//! What is learned: scattering odds, image-space guide, directional lobes.

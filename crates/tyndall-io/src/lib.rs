@@ -1,0 +1,1 @@
+//! Image, texture and grid files in; EXR and PNG out.

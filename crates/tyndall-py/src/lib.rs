@@ -1,0 +1,1 @@
+//! The Python module: arrays in, arrays out, errors, progress, cancellation.

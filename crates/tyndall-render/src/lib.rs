@@ -1,0 +1,1 @@
+//! Light transport: committed world, path loop, direct light, film and AOVs, sessions.

@@ -1,0 +1,1 @@
+//! The shot as plain data: prims as a delegate receives them, dirty bits, validation, diagnostics.

@@ -1,0 +1,1 @@
+//! Materials, textures, the shading graph, and lights.

@@ -1,0 +1,1 @@
+//! OpenVDB bytes into typed sparse grids and back; never panics on any input.

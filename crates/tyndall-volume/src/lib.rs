@@ -1,0 +1,1 @@
+//! Media: brick grids, majorants, phase functions, walks, transmittance.
