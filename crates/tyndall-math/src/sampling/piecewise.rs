@@ -39,8 +39,11 @@ impl PiecewiseConstant1D {
         let mut cdf = Vec::with_capacity(n + 1);
         cdf.push(0.0);
         let mut running = 0.0;
-        for i in 0..n {
-            running += if total > 0.0 { f64::from(weights[i]) / total } else { 1.0 / n as f64 };
+        let uniform = 1.0 / n as f64;
+        for cell in 0..n {
+            running += weights
+                .get(cell)
+                .map_or(uniform, |&w| if total > 0.0 { f64::from(w) / total } else { uniform });
             cdf.push(running.min(1.0) as f32);
         }
         cdf[n] = 1.0;

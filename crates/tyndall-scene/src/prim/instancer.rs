@@ -1,0 +1,16 @@
+//! Many placements of the same prims.
+
+use crate::PrimPath;
+use glam::DAffine3;
+
+/// Placements. Prims that name this instancer are drawn once per entry of `transforms`, at
+/// `instances of parent * transforms[i] * prim.world_from_object`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Instancer {
+    /// One placement an instance, `parent_from_instance` (the world if there is no parent).
+    pub transforms: Vec<DAffine3>,
+    /// The instancer this one is itself a prototype of.
+    pub parent: Option<PrimPath>,
+    /// Shown or hidden, with all instances.
+    pub visible: bool,
+}

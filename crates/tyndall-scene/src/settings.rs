@@ -1,0 +1,212 @@
+//! Render settings: one list of names for Rust, Python, USD attributes and the command line.
+
+use crate::PrimPath;
+use serde::{Deserialize, Serialize};
+
+/// Pixel reconstruction filter, applied by importance sampling: every sample belongs to one pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum PixelFilter {
+    /// Blackman-Harris, four pixels wide in all.
+    #[default]
+    BlackmanHarris,
+    /// The pixel's own square; for measurements.
+    Box,
+}
+
+/// What a render is asked for. Field names in camelCase are the names everywhere else ([`RenderSettings::SPECS`]).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase", deny_unknown_fields, default)]
+pub struct RenderSettings {
+    /// Path of the camera prim; `None` takes the only camera of the scene.
+    pub camera: Option<String>,
+    /// Pixels across and down.
+    pub resolution: [u32; 2],
+    /// Width of a pixel divided by its height.
+    pub pixel_aspect: f32,
+    /// Samples per pixel.
+    pub samples: u32,
+    /// Seconds of rendering after which no new pass begins; 0 is no limit.
+    pub time_limit: f32,
+    /// How often light may scatter: reflections, refractions and volume events each count one; index-matched
+    /// boundaries and null collisions none.
+    pub max_bounces: u32,
+    /// Random seed.
+    pub seed: u64,
+    /// Worker threads; 0 is all cores.
+    pub threads: u32,
+    /// Pixel filter.
+    pub filter: PixelFilter,
+    /// AOVs to write, by name.
+    pub aovs: Vec<String>,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            camera: None,
+            resolution: [1280, 720],
+            pixel_aspect: 1.0,
+            samples: 1024,
+            time_limit: 0.0,
+            max_bounces: 64,
+            seed: 0,
+            threads: 0,
+            filter: PixelFilter::default(),
+            aovs: vec!["rgba".to_owned()],
+        }
+    }
+}
+
+/// One setting as help texts, schemas and panels show it.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub struct SettingSpec {
+    /// Name in camelCase.
+    pub name: &'static str,
+    /// `int`, `float`, `string`, `token`, `int2` or `token[]`.
+    pub kind: &'static str,
+    /// Smallest value, for numbers.
+    pub min: f64,
+    /// Largest value, for numbers.
+    pub max: f64,
+    /// For tokens, what is allowed.
+    pub choices: &'static [&'static str],
+    /// One sentence.
+    pub doc: &'static str,
+}
+
+/// Why settings are refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum SettingsError {
+    /// Not a setting, or not of its type.
+    #[error("render settings: {0}; known: {known}", known = RenderSettings::known_names())]
+    Malformed(String),
+    /// A number out of its range.
+    #[error("render setting {name} is {value}; it must lie in [{min}, {max}]")]
+    OutOfRange {
+        /// Setting.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// Smallest allowed.
+        min: f64,
+        /// Largest allowed.
+        max: f64,
+    },
+}
+
+const fn number(
+    name: &'static str,
+    kind: &'static str,
+    min: f64,
+    max: f64,
+    doc: &'static str,
+) -> SettingSpec {
+    SettingSpec { name, kind, min, max, choices: &[], doc }
+}
+
+const fn text(
+    name: &'static str,
+    kind: &'static str,
+    choices: &'static [&'static str],
+    doc: &'static str,
+) -> SettingSpec {
+    SettingSpec { name, kind, min: 0.0, max: 0.0, choices, doc }
+}
+
+impl RenderSettings {
+    /// Every setting.
+    pub const SPECS: &'static [SettingSpec] = &[
+        text("camera", "string", &[], "Path of the camera prim."),
+        number("resolution", "int2", 1.0, 65_536.0, "Pixels across and down."),
+        number("pixelAspect", "float", 1e-3, 1e3, "Width of a pixel divided by its height."),
+        number("samples", "int", 1.0, 4_294_967_295.0, "Samples per pixel."),
+        number("timeLimit", "float", 0.0, 1e9, "Seconds after which no new pass begins; 0 is no limit."),
+        number("maxBounces", "int", 0.0, 1e6, "How often light may scatter, in media and at surfaces."),
+        number(
+            "seed",
+            "int",
+            0.0,
+            9_007_199_254_740_991.0,
+            "Random seed; the same seed gives the same image.",
+        ),
+        number("threads", "int", 0.0, 1024.0, "Worker threads; 0 is all cores."),
+        text("filter", "token", &["blackman-harris", "box"], "Pixel filter."),
+        text("aovs", "token[]", &[], "AOVs to write, by name."),
+    ];
+
+    /// From a JSON object of settings; absent ones have their defaults.
+    ///
+    /// # Errors
+    /// A name that is no setting, a value of the wrong type or out of range.
+    pub fn from_json(json: &str) -> Result<Self, SettingsError> {
+        let settings: Self =
+            serde_json::from_str(json).map_err(|e| SettingsError::Malformed(e.to_string()))?;
+        settings.validate()?;
+        Ok(settings)
+    }
+
+    /// As a JSON object, every setting present.
+    pub fn to_json(&self) -> String {
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// The camera as a prim path.
+    pub fn camera_path(&self) -> Option<PrimPath> {
+        self.camera.as_deref().map(PrimPath::from)
+    }
+
+    fn validate(&self) -> Result<(), SettingsError> {
+        let values = [
+            ("resolution", f64::from(self.resolution[0])),
+            ("resolution", f64::from(self.resolution[1])),
+            ("pixelAspect", f64::from(self.pixel_aspect)),
+            ("samples", f64::from(self.samples)),
+            ("timeLimit", f64::from(self.time_limit)),
+            ("maxBounces", f64::from(self.max_bounces)),
+            ("threads", f64::from(self.threads)),
+        ];
+        for (name, value) in values {
+            if let Some(spec) = Self::SPECS.iter().find(|s| s.name == name)
+                && !(spec.min..=spec.max).contains(&value)
+            {
+                return Err(SettingsError::OutOfRange { name, value, min: spec.min, max: spec.max });
+            }
+        }
+        Ok(())
+    }
+
+    fn known_names() -> String {
+        Self::SPECS.iter().map(|s| s.name).collect::<Vec<_>>().join(", ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_lists_exactly_the_fields() {
+        let json: serde_json::Value = serde_json::from_str(&RenderSettings::default().to_json()).unwrap();
+        let mut fields: Vec<_> = json.as_object().unwrap().keys().map(String::as_str).collect();
+        let mut specs: Vec<_> = RenderSettings::SPECS.iter().map(|s| s.name).collect();
+        fields.sort_unstable();
+        specs.sort_unstable();
+        assert_eq!(fields, specs);
+    }
+
+    #[test]
+    fn bad_settings_are_refused_by_name() {
+        let unknown = RenderSettings::from_json(r#"{"maxBounce": 3}"#).unwrap_err().to_string();
+        assert!(unknown.contains("maxBounce") && unknown.contains("maxBounces"), "{unknown}");
+        let zero = RenderSettings::from_json(r#"{"resolution": [0, 4]}"#).unwrap_err().to_string();
+        assert!(zero.contains("resolution") && zero.contains('0'), "{zero}");
+        assert!(RenderSettings::from_json(r#"{"timeLimit": -1}"#).is_err());
+    }
+
+    #[test]
+    fn json_round_trips() {
+        let settings = RenderSettings { seed: 7, filter: PixelFilter::Box, ..RenderSettings::default() };
+        assert_eq!(RenderSettings::from_json(&settings.to_json()), Ok(settings));
+    }
+}
