@@ -1,7 +1,9 @@
 //! How a committed scene gets at the content of files without opening any itself.
 
+use crate::prim::FieldSource;
 use std::path::Path;
 use std::sync::Arc;
+use tyndall_vdb::Grid;
 
 /// How the numbers of an image file are meant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -36,6 +38,16 @@ pub struct AssetError {
 
 /// Gives the content of files named by prims. Implementations cache, so asking twice is cheap, and are thread-safe.
 pub trait AssetLoader: Send + Sync {
+    /// The float grid that a field names; asking again for an unchanged file gives the same allocation.
+    ///
+    /// # Errors
+    /// The file is missing, damaged, or has no such grid.
+    fn grid(&self, source: &FieldSource) -> Result<Arc<Grid>, AssetError> {
+        // A loader of images only.
+        let message = format!("{source:?} cannot be loaded here: this loader knows no grids");
+        Err(AssetError { message })
+    }
+
     /// The image at `path`, linear.
     ///
     /// # Errors

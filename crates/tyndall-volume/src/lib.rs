@@ -1,1 +1,31 @@
 //! Media: brick grids, majorants, phase functions, walks, transmittance.
+//!
+//! A *medium* absorbs, scatters and emits with coefficients per stage unit ([`Medium`]), constant or multiplied by a
+//! sparse voxel grid ([`BrickGrid`]). The world cuts a ray into a *segment*: the ray up to the next surface and an
+//! unordered list of [`Span`]s, the intervals inside each medium. Spans may overlap; coefficients add. A path asks
+//! two questions about a segment:
+//! - [`sample_collision`]: where does light scatter next, or does it reach the end, and with which weight?
+//! - [`transmittance`]: which part of the light passes unscattered?
+//!
+//! Guiding lives elsewhere: what a guided sampler needs, the candidates of a majorant process and the coefficients at
+//! a point, is offered by [`Segment`].
+//!
+//! Conventions: `t` counts lengths of the ray's direction, which the coefficients assume to be a unit vector in
+//! stage units. Every estimator is unbiased; a majorant that fails to bound is counted, never clamped away.
+//! Nothing here divides by sigma_t: coefficients that are zero, denormal or not a number mean "no medium".
+
+pub mod grid;
+pub mod majorant;
+mod medium;
+pub mod oracle;
+pub mod phase;
+mod transmittance;
+#[cfg(test)]
+mod testing;
+mod walk;
+
+pub use grid::{BrickGrid, GridReport, SparseVoxels};
+pub use medium::{Coefficients, GridDensity, Medium, Span};
+pub use phase::{Phase, PhaseMix, PhaseSample};
+pub use transmittance::transmittance;
+pub use walk::{Candidate, Cell, Event, Segment, Walk, WalkStats, sample_collision};

@@ -1,0 +1,74 @@
+# Every target does its own set-up; `make` alone lists them.
+VENV := .venv
+BIN := $(VENV)/bin
+STAMPS := $(VENV)/stamps
+# One interpreter for every Cargo call, or the binding would be compiled anew each time.
+export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
+THREADS ?= 2
+# The picture is done when either is reached.
+DEMO_LIMITS ?= --spp 256 --time 40
+# Extra arguments, e.g. `make bench ARGS="--scenes kitchen"`.
+ARGS ?=
+
+.DEFAULT_GOAL := help
+.NOTPARALLEL:
+.PHONY: help setup build demo test bench docs format clean
+.PHONY: lint lint-rust lint-python test-rust test-python
+
+help: ## list the targets
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
+
+setup: $(STAMPS)/build ## the virtual environment in .venv
+
+build: $(STAMPS)/usd_plugin ## compile and install; leaves the command at .venv/bin/tyndall
+	$(BIN)/maturin develop --release --manifest-path crates/tyndall-py/Cargo.toml
+
+demo: build ## make a cloud and a stage, render them to out/demo.exr and out/demo.png
+	$(BIN)/python demo/make_assets.py --out out/demo_assets
+	$(BIN)/tyndall render out/demo_assets/demo.usda -o out/demo.exr $(DEMO_LIMITS)
+	$(BIN)/python demo/to_png.py out/demo.exr out/demo.png
+
+test: lint-rust test-rust build lint-python test-python ## all that .ci/run runs
+
+lint: lint-rust lint-python ## formatting, clippy, ruff, mypy
+
+lint-rust: setup
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets -- -D warnings
+
+lint-python: build $(STAMPS)/test
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict crates/tyndall-py/python/tyndall usd_plugin/tyndall_usd
+
+test-rust: setup
+	scripts/cargo_tests
+
+test-python: build $(STAMPS)/test
+	$(BIN)/python -m pytest $(ARGS)
+
+bench: build $(STAMPS)/bench ## speed and error against time beside Mitsuba 3; JSON in out/bench
+	$(BIN)/python tests/bench/run.py --threads $(THREADS) $(ARGS)
+
+docs: ## API documentation in target/doc
+	cargo doc --workspace --no-deps
+
+format: $(STAMPS)/test ## rewrite all code in the common format
+	cargo fmt --all
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+clean: ## remove everything made here
+	rm -rf target out $(VENV)
+
+$(STAMPS)/build: scripts/setup scripts/requirements/build.txt
+	scripts/setup $(VENV) scripts/requirements/build.txt
+	@mkdir -p $(STAMPS) && touch $@
+
+$(STAMPS)/test $(STAMPS)/bench: $(STAMPS)/%: scripts/requirements/%.txt $(STAMPS)/build
+	$(BIN)/python -m pip install --quiet --requirement $<
+	@touch $@
+
+$(STAMPS)/usd_plugin: usd_plugin/pyproject.toml $(STAMPS)/build
+	$(BIN)/python -m pip install --quiet --no-deps --editable usd_plugin
+	@touch $@

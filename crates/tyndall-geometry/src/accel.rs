@@ -1,0 +1,327 @@
+//! Top level: instances of objects in the camera-relative world.
+//!
+//! A ray is moved to object space without normalising its direction, so distances compare across instances.
+
+use crate::blas::{Blas, LocalHit};
+use crate::bvh::{
+    BoxRay, Bounds, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
+};
+use crate::surface::{self, SurfacePoint};
+use glam::{Affine3A, Vec3A};
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+use std::ops::Range;
+use std::sync::Arc;
+use tyndall_math::Ray;
+
+mod placement;
+
+pub(crate) use placement::Placement;
+
+/// An object and its place.
+#[derive(Debug, Clone)]
+pub struct Instance {
+    /// What is placed.
+    pub blas: Arc<Blas>,
+    /// Where: object to camera-relative world. May mirror and scale unevenly.
+    pub world_from_object: Affine3A,
+}
+
+/// The nearest thing a ray meets.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hit {
+    /// Ray parameter, in lengths of the world ray's direction.
+    pub t: f32,
+    /// Index in the instances given to [`Accel::build`].
+    pub instance: u32,
+    /// Triangle of the mesh; 0 for a sphere.
+    pub primitive: u32,
+    /// Barycentric weight of corner 1; 0 for a sphere.
+    pub u: f32,
+    /// Barycentric weight of corner 2; 0 for a sphere.
+    pub v: f32,
+}
+
+/// One of all the places where a ray meets surfaces.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Crossing {
+    /// Ray parameter.
+    pub t: f32,
+    /// Index of the instance.
+    pub instance: u32,
+    /// Whether the ray goes against the outward normal (of the winding, whatever the transform).
+    pub entering: bool,
+    /// Triangle of the mesh; 0 for a sphere.
+    pub primitive: u32,
+}
+
+/// Every surface of a scene, ready for rays.
+#[derive(Debug, Clone)]
+pub struct Accel {
+    bvh: WideBvh,
+    placements: Vec<Placement>,
+    objects: Vec<Arc<Blas>>,
+    /// Instances in the tree.
+    n_active: usize,
+    simd: SimdLevel,
+}
+
+impl Accel {
+    /// Builds the top level. Instances whose transform has no finite inverse, or whose object is empty, stay in the
+    /// numbering but can't be hit; [`Accel::skipped`] lists the former.
+    pub fn build(instances: Vec<Instance>) -> Self {
+        let mut object_of_address = FxHashMap::<*const Blas, u32>::default();
+        let mut objects = Vec::new();
+        let mut placements = Vec::with_capacity(instances.len());
+        for Instance { blas, world_from_object } in instances {
+            let object = *object_of_address.entry(Arc::as_ptr(&blas)).or_insert_with(|| {
+                objects.push(blas);
+                objects.len() as u32 - 1
+            });
+            placements.push(Placement::new(object, &world_from_object));
+        }
+        let world_bounds = |p: &Placement| p.world_bounds(&objects[p.object as usize].object_bounds());
+        let boxes: Vec<Bounds> = placements.par_iter().map(world_bounds).collect();
+        let n_active = boxes.iter().filter(|b| !b.is_empty()).count();
+        let bvh = build(&boxes, Leaves { max_primitives: 1, primitives_per_item: 1 });
+        Self { bvh, placements, objects, n_active, simd: SimdLevel::detect() }
+    }
+
+    /// Uses other instructions. Results don't change; for tests and comparisons.
+    pub fn with_simd(self, simd: SimdLevel) -> Self {
+        Self { simd, ..self }
+    }
+
+    /// Instances that can't be placed because their transform is singular or not finite, ascending.
+    pub fn skipped(&self) -> impl Iterator<Item = u32> + '_ {
+        let singular = self.placements.iter().enumerate().filter(|(_, p)| p.is_singular());
+        singular.map(|(i, _)| i as u32)
+    }
+
+    /// Number of instances, skipped ones included.
+    pub fn n_instances(&self) -> usize {
+        self.placements.len()
+    }
+
+    /// Bytes on the heap, the objects' included.
+    pub fn memory_bytes(&self) -> usize {
+        let objects: usize = self.objects.iter().map(|b| size_of::<Blas>() + b.memory_bytes()).sum();
+        self.bvh.memory_bytes() + size_of_val(self.placements.as_slice()) + objects
+    }
+
+    /// Least and greatest world coordinates of everything; inverted infinities if there is nothing.
+    pub fn bounds(&self) -> (Vec3A, Vec3A) {
+        let all = self.bvh.bounds();
+        (all.min, all.max)
+    }
+
+    /// The nearest hit with `0 <= t <= t_max`; among equally near ones that of the lower (instance, primitive).
+    /// A ray that is not finite or has no direction hits nothing.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        if !is_traceable(ray) {
+            return None;
+        }
+        // A distance that overflows is not a hit.
+        let best = Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
+        let hit = run(self.simd, NearestTask { accel: self, ray, best });
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    /// Whether anything is hit with `0 <= t <= t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray) -> bool {
+        is_traceable(ray) && run(self.simd, AnyTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)) })
+    }
+
+    /// Appends every crossing with `0 <= t <= t_max`, ordered by (instance, t). A ray through an edge or corner of a
+    /// closed mesh crosses as if it passed infinitesimally beside it.
+    pub fn intersect_all(&self, ray: &Ray, out: &mut Vec<Crossing>) {
+        if !is_traceable(ray) {
+            return;
+        }
+        let first = out.len();
+        run(self.simd, AllTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)), out });
+        out[first..].sort_unstable_by(|a, b| {
+            let by_t = (a.instance, a.t.to_bits()).cmp(&(b.instance, b.t.to_bits()));
+            by_t.then((!a.entering, a.primitive).cmp(&(!b.entering, b.primitive)))
+        });
+    }
+
+    /// Where and with what orientation the surface is that `ray` hit.
+    #[inline]
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let placement = &self.placements[hit.instance as usize];
+        surface::surface_point(&self.objects[placement.object as usize], placement, ray, hit)
+    }
+
+    /// An object-space normal of `instance` as a unit vector of the world, on the same side of the surface; zero if it
+    /// vanishes.
+    #[inline]
+    pub fn world_normal(&self, instance: u32, object_normal: Vec3A) -> Vec3A {
+        self.placements[instance as usize].world_normal(object_normal)
+    }
+
+    /// The transform of `instance` as it is used.
+    pub fn world_from_object(&self, instance: u32) -> Affine3A {
+        self.placements[instance as usize].world_from_object()
+    }
+
+    /// The object of `instance`.
+    pub fn object(&self, instance: u32) -> &Arc<Blas> {
+        &self.objects[self.placements[instance as usize].object as usize]
+    }
+
+    /// The only instance, when it needs no transform: its object is traced directly.
+    #[inline(always)]
+    fn direct(&self) -> Option<(u32, &Blas)> {
+        let [placement] = self.placements.as_slice() else { return None };
+        (placement.is_identity() && self.n_active == 1).then(|| (0, &*self.objects[0]))
+    }
+}
+
+struct NearestTask<'a> {
+    accel: &'a Accel,
+    ray: &'a Ray,
+    best: Hit,
+}
+
+impl KernelTask for NearestTask<'_> {
+    type Output = Hit;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> Hit {
+        if let Some((instance, blas)) = self.accel.direct() {
+            self.object(kernel, instance, blas, self.ray);
+        } else {
+            let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
+            walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self });
+        }
+        self.best
+    }
+}
+
+impl<'a> InstanceTask<'a> for NearestTask<'a> {
+    const ORDERED: bool = true;
+
+    #[inline(always)]
+    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
+        (self.accel, self.ray, self.best.t)
+    }
+
+    #[inline(always)]
+    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
+        let mut local = LocalHit::none(self.best.t);
+        blas.nearest(kernel, ray, &mut local);
+        // `local` is no farther than `best`; at the same distance the lower instance wins.
+        if local.is_some() && (local.t < self.best.t || instance < self.best.instance) {
+            let LocalHit { t, primitive, u, v } = local;
+            self.best = Hit { t, instance, primitive, u, v };
+        }
+        false
+    }
+}
+
+struct AnyTask<'a> {
+    accel: &'a Accel,
+    ray: &'a Ray,
+}
+
+impl KernelTask for AnyTask<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) -> bool {
+        if let Some((_, blas)) = self.accel.direct() {
+            return blas.any(kernel, self.ray);
+        }
+        let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
+        walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self })
+    }
+}
+
+impl<'a> InstanceTask<'a> for AnyTask<'a> {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
+        (self.accel, self.ray, self.ray.t_max)
+    }
+
+    #[inline(always)]
+    fn object<K: Kernel>(&mut self, kernel: K, _instance: u32, blas: &Blas, ray: &Ray) -> bool {
+        blas.any(kernel, ray)
+    }
+}
+
+struct AllTask<'a> {
+    accel: &'a Accel,
+    ray: &'a Ray,
+    out: &'a mut Vec<Crossing>,
+}
+
+impl KernelTask for AllTask<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<K: Kernel>(mut self, kernel: K) {
+        let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
+        walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self });
+    }
+}
+
+impl<'a> InstanceTask<'a> for AllTask<'a> {
+    const ORDERED: bool = false;
+
+    #[inline(always)]
+    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
+        (self.accel, self.ray, self.ray.t_max)
+    }
+
+    #[inline(always)]
+    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
+        blas.all(kernel, ray, instance, self.out);
+        false
+    }
+}
+
+/// What is done with every instance a ray comes near.
+trait InstanceTask<'a> {
+    const ORDERED: bool;
+
+    /// The scene, the world ray and how far it still matters.
+    fn scene(&self) -> (&'a Accel, &'a Ray, f32);
+
+    /// Looks at one object with the ray in its space; true ends the search.
+    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool;
+}
+
+/// Walks the top level on behalf of a task.
+struct Instances<'t, K, T> {
+    kernel: K,
+    task: &'t mut T,
+}
+
+impl<'a, K: Kernel, T: InstanceTask<'a>> Visit for Instances<'_, K, T> {
+    const ORDERED: bool = T::ORDERED;
+
+    #[inline(always)]
+    fn t_max(&self) -> f32 {
+        self.task.scene().2
+    }
+
+    #[inline(always)]
+    fn leaf(&mut self, items: Range<usize>) -> bool {
+        for item in items {
+            let (accel, ray, t_max) = self.task.scene();
+            let instance = accel.bvh.order[item];
+            let placement = &accel.placements[instance as usize];
+            let local = placement.object_ray(ray).up_to(t_max);
+            let blas = &*accel.objects[placement.object as usize];
+            if is_traceable(&local) && self.task.object(self.kernel, instance, blas, &local) {
+                return true;
+            }
+        }
+        false
+    }
+}

@@ -1,0 +1,77 @@
+//! Caching, invalidation, sharing between threads.
+
+use super::*;
+use crate::{ViewTransform, write_png};
+use std::thread;
+use std::time::Duration;
+
+fn write_grey(path: &Path, value: f32, width: usize) {
+    write_png(path, width, 1, &[value, value, value, 1.0].repeat(width), ViewTransform::Srgb, &[]).unwrap();
+}
+
+#[test]
+fn a_file_is_read_once_per_colour_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    write_grey(&path, 0.5, 1);
+    let assets = FileAssets::new();
+    let first = assets.image(&path, ColorSpace::Auto).unwrap();
+    assert!(Arc::ptr_eq(&first, &assets.image(&path, ColorSpace::Auto).unwrap()));
+    let raw = assets.image(&path, ColorSpace::Raw).unwrap();
+    assert!(raw.pixels[0][0] > first.pixels[0][0] + 0.1);
+    assets.clear();
+    assert!(!Arc::ptr_eq(&first, &assets.image(&path, ColorSpace::Auto).unwrap()));
+}
+
+#[test]
+fn a_changed_file_is_read_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    let assets = FileAssets::new();
+    write_grey(&path, 0.5, 1);
+    let old = assets.image(&path, ColorSpace::Auto).unwrap();
+    write_grey(&path, 0.1, 3);
+    // Same length is told by the time.
+    let file = fs::File::options().write(true).open(&path).unwrap();
+    file.set_modified(SystemTime::now() + Duration::from_secs(10)).unwrap();
+    let new = assets.image(&path, ColorSpace::Auto).unwrap();
+    assert_eq!((old.width, new.width), (1, 3));
+    assert_eq!(assets.images.lock().len(), 1, "the old content is forgotten");
+}
+
+#[test]
+fn errors_name_the_file_and_are_tried_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("late.png");
+    let assets = FileAssets::new();
+    let error = assets.image(&path, ColorSpace::Auto).unwrap_err();
+    assert!(error.message.contains("late.png"), "{error}");
+    write_grey(&path, 0.5, 1);
+    assert!(assets.image(&path, ColorSpace::Auto).is_ok());
+}
+
+#[test]
+fn threads_share_one_copy() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    write_grey(&path, 0.5, 64);
+    let assets = FileAssets::new();
+    let images: Vec<_> = thread::scope(|scope| {
+        let threads: Vec<_> =
+            (0..8).map(|_| scope.spawn(|| assets.image(&path, ColorSpace::Auto).unwrap())).collect();
+        threads.into_iter().map(|t| t.join().unwrap()).collect()
+    });
+    let cached = assets.image(&path, ColorSpace::Auto).unwrap();
+    assert!(images.iter().all(|image| Arc::ptr_eq(image, &cached)));
+}
+
+#[test]
+fn grid_errors_name_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("smoke.vdb");
+    let assets = FileAssets::new();
+    let message = |assets: &FileAssets| assets.vdb_grid(&path, "density", None).unwrap_err().message;
+    assert!(message(&assets).contains("smoke.vdb"));
+    fs::write(&path, "not a grid").unwrap();
+    assert!(message(&assets).contains("smoke.vdb"));
+}

@@ -1,0 +1,110 @@
+//! The image of a session.
+
+use crate::error::{FileError, SettingsError, guarded};
+use numpy::{PyArray3, PyArrayMethods, ToPyArray};
+use pyo3::prelude::*;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use tyndall_render::aov::{self, Precision};
+
+/// An image with its AOVs.
+#[pyclass(frozen, module = "tyndall")]
+pub(crate) struct Film {
+    film: tyndall_render::Film,
+    pixel_aspect: f32,
+    #[pyo3(get)]
+    was_interrupted: bool,
+}
+
+impl Film {
+    pub(crate) fn new(film: tyndall_render::Film, pixel_aspect: f32, was_interrupted: bool) -> Self {
+        Self { film, pixel_aspect, was_interrupted }
+    }
+}
+
+#[pymethods]
+impl Film {
+    /// Samples every pixel has at least.
+    #[getter]
+    fn samples(&self) -> u32 {
+        self.film.min_samples()
+    }
+
+    /// Pixels across and down.
+    #[getter]
+    fn resolution(&self) -> (u32, u32) {
+        (self.film.width(), self.film.height())
+    }
+
+    /// Names of the AOVs in it.
+    #[getter]
+    fn aov_names(&self) -> Vec<&'static str> {
+        self.film.aovs().iter().map(|a| a.name).collect()
+    }
+
+    /// The AOV as an array of shape (height, width, channels), float32, row 0 on top.
+    fn aov<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray3<f32>>> {
+        let image = self.film.image(name).map_err(SettingsError::new_err)?;
+        let channels = aov::find(name).map_err(SettingsError::new_err)?.channels.len();
+        let shape = [self.film.height() as usize, self.film.width() as usize, channels];
+        image.to_pyarray(py).reshape(shape)
+    }
+
+    /// Writes a multi-layer `.exr`, or a `.png` of `rgba` through the default view transform.
+    #[pyo3(signature = (path, aovs = None, metadata = None))]
+    fn write(
+        &self,
+        py: Python<'_>,
+        path: PathBuf,
+        aovs: Option<Vec<String>>,
+        metadata: Option<BTreeMap<String, String>>,
+    ) -> PyResult<()> {
+        let metadata: Vec<_> = metadata
+            .unwrap_or_default()
+            .into_iter()
+            .map(|(key, value)| (key, tyndall_io::MetaValue::Text(value)))
+            .collect();
+        let names = aovs.unwrap_or_else(|| self.aov_names().iter().map(ToString::to_string).collect());
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("exr") => guarded(py, || self.write_exr(&path, &names, &metadata))?,
+            Some("png") => guarded(py, || self.write_png(&path, &metadata))?,
+            _ => Err(format!("{}: images are written as .exr or .png; change the file's ending", path.display())),
+        }
+        .map_err(FileError::new_err)
+    }
+}
+
+type Metadata = [(String, tyndall_io::MetaValue)];
+
+impl Film {
+    fn write_exr(&self, path: &std::path::Path, names: &[String], metadata: &Metadata) -> Result<(), String> {
+        let mut layers = Vec::with_capacity(names.len());
+        for name in names {
+            let aov = aov::find(name)?;
+            layers.push(tyndall_io::Layer {
+                name: name.clone(),
+                channels: aov.channels.iter().map(ToString::to_string).collect(),
+                data: self.film.image(name)?,
+                sample_type: match aov.precision {
+                    Precision::Half => tyndall_io::SampleType::Half,
+                    Precision::Float => tyndall_io::SampleType::Float,
+                    Precision::Uint => tyndall_io::SampleType::Uint,
+                },
+            });
+        }
+        let (width, height) = (self.film.width() as usize, self.film.height() as usize);
+        let compression = tyndall_io::ExrCompression::default();
+        tyndall_io::write_exr(path, width, height, self.pixel_aspect, &layers, metadata, compression)
+            .map_err(|e| e.to_string())
+    }
+
+    fn write_png(&self, path: &std::path::Path, metadata: &Metadata) -> Result<(), String> {
+        let (width, height) = (self.film.width() as usize, self.film.height() as usize);
+        // A background that is part of the picture should show: opaque, as viewers display the EXR's colour.
+        let mut rgba = self.film.image("rgba")?;
+        rgba.chunks_exact_mut(4).for_each(|pixel| pixel[3] = 1.0);
+        let view = tyndall_io::ViewTransform::default();
+        tyndall_io::write_png(path, width, height, &rgba, view, metadata).map_err(|e| e.to_string())
+    }
+}

@@ -1,0 +1,197 @@
+//! Sessions: build the world, render with progress, stop on Ctrl-C.
+
+use crate::delegate::{Diagnostic, Scene};
+use crate::error::{RenderError, SceneError, SettingsError, guarded};
+use crate::film::Film;
+use crate::prims::from_json;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
+use tyndall_render::{Control, World};
+use tyndall_scene::RenderSettings;
+
+/// How often a running render looks at Python: often enough for Ctrl-C to feel immediate.
+const POLL: Duration = Duration::from_millis(20);
+
+/// How far a render has got.
+#[pyclass(frozen, get_all, module = "tyndall")]
+pub(crate) struct Progress {
+    fraction: f64,
+    samples_done: u64,
+    samples_total: u64,
+    elapsed_secs: f64,
+    remaining_secs: Option<f64>,
+}
+
+/// Renders one scene with one set of settings.
+#[pyclass(frozen, module = "tyndall")]
+pub(crate) struct Session {
+    session: tyndall_render::Session,
+    diagnostics: Vec<Diagnostic>,
+    build_secs: f64,
+    render_secs: Mutex<f64>,
+    interrupted: AtomicBool,
+}
+
+#[pymethods]
+impl Session {
+    /// Builds the world of `scene`. `settings` are `tyndall.setting_specs()`' names; absent ones have their defaults.
+    #[new]
+    fn new(py: Python<'_>, scene: &Scene, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
+        let json: String = py.import("json")?.call_method1("dumps", (settings,))?.extract()?;
+        let settings =
+            RenderSettings::from_json(&json).map_err(|e| SettingsError::new_err(e.to_string()))?;
+        for name in &settings.aovs {
+            tyndall_render::aov::find(name).map_err(SettingsError::new_err)?;
+        }
+        let start = Instant::now();
+        let world = guarded(py, || {
+            let mut cache = scene.cache.lock().unwrap_or_else(PoisonError::into_inner);
+            World::build(&scene.scene, &settings, scene.assets.as_ref(), &mut cache)
+        })?
+        .map_err(|e| SceneError::new_err(e.to_string()))?;
+        let diagnostics = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
+        let build_secs = start.elapsed().as_secs_f64();
+        let session = tyndall_render::Session::new(Arc::new(world), settings)
+            .map_err(|e| RenderError::new_err(e.to_string()))?;
+        Ok(Self {
+            session,
+            diagnostics,
+            build_secs,
+            render_secs: Mutex::new(0.0),
+            interrupted: AtomicBool::new(false),
+        })
+    }
+
+    /// Messages of the front end and of building the world.
+    #[getter]
+    fn diagnostics(&self) -> Vec<Diagnostic> {
+        self.diagnostics.clone()
+    }
+
+    /// Renders to the end, the time limit, or until `progress` returns False. An exception raised by `progress` and
+    /// Ctrl-C come out as they are; `film()` has what was done until then.
+    #[pyo3(signature = (progress = None))]
+    fn render(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Film> {
+        let control = Control::default();
+        let start = Instant::now();
+        let outcome = self.run(py, &control, progress.as_ref(), start);
+        *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner) += start.elapsed().as_secs_f64();
+        self.interrupted.store(matches!(outcome, Ok(false) | Err(_)), Ordering::Relaxed);
+        outcome?;
+        Ok(self.film())
+    }
+
+    /// The image so far.
+    fn film(&self) -> Film {
+        Film::new(
+            self.session.film(),
+            self.session.settings().pixel_aspect,
+            self.interrupted.load(Ordering::Relaxed),
+        )
+    }
+
+    /// Counts of what paths did, sizes and seconds.
+    #[getter]
+    fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let film = self.session.film();
+        let paths = self.session.statistics();
+        let seconds = *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner);
+        let value = serde_json::json!({
+            "samples": film.min_samples(),
+            "paths": paths.paths,
+            "segments": paths.segments,
+            "shadowRays": paths.shadow_rays,
+            "surfaceEvents": paths.surface_events,
+            "volumeEvents": paths.volume_events,
+            "candidates": paths.walks.candidates,
+            "densityLookups": paths.walks.lookups,
+            "majorantViolations": paths.walks.majorant_violations,
+            "nonFiniteSamples": film.non_finite_samples(),
+            "world": self.session.world().summary(),
+            "seconds": { "build": self.build_secs, "render": seconds },
+        });
+        from_json(py, &value)
+    }
+}
+
+impl Session {
+    /// Renders on a worker thread while this one looks at signals, the clock and `progress`; returns whether the
+    /// render was left to end by itself.
+    fn run(
+        &self,
+        py: Python<'_>,
+        control: &Control,
+        progress: Option<&Bound<'_, PyAny>>,
+        start: Instant,
+    ) -> PyResult<bool> {
+        let finished = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            let worker = scope.spawn(|| {
+                let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                    self.session.render(control);
+                }));
+                finished.store(true, Ordering::Release);
+                outcome
+            });
+            let watched = self.watch(py, control, progress, start, &finished);
+            if watched.is_err() {
+                control.stop();
+            }
+            let joined = py.detach(|| worker.join());
+            let was_left_alone = watched?;
+            match joined {
+                Ok(Ok(())) => Ok(was_left_alone),
+                Ok(Err(panic)) | Err(panic) => guarded(py, || std::panic::resume_unwind(panic)),
+            }
+        })
+    }
+
+    fn watch(
+        &self,
+        py: Python<'_>,
+        control: &Control,
+        progress: Option<&Bound<'_, PyAny>>,
+        start: Instant,
+        finished: &AtomicBool,
+    ) -> PyResult<bool> {
+        let mut was_left_alone = true;
+        while !finished.load(Ordering::Acquire) {
+            py.detach(|| {
+                // Short renders should not wait for a whole poll interval.
+                let until = Instant::now() + POLL;
+                while Instant::now() < until && !finished.load(Ordering::Acquire) {
+                    std::thread::sleep(Duration::from_millis(1));
+                }
+            });
+            py.check_signals()?;
+            let limit = f64::from(self.session.settings().time_limit);
+            // The first pass always completes: every pixel has a sample.
+            if limit > 0.0 && start.elapsed().as_secs_f64() >= limit && control.passes_done() > 0 {
+                control.stop();
+            }
+            if let Some(callback) = progress {
+                let answer = callback.call1((self.progress(control, start),))?;
+                if answer.extract::<bool>().is_ok_and(|goes_on| !goes_on) {
+                    was_left_alone = false;
+                    control.stop();
+                }
+            }
+        }
+        Ok(was_left_alone)
+    }
+
+    fn progress(&self, control: &Control, start: Instant) -> Progress {
+        let (done, total) = (control.samples_done(), self.session.samples_total());
+        let elapsed_secs = start.elapsed().as_secs_f64();
+        let limit = f64::from(self.session.settings().time_limit);
+        let by_samples = done as f64 / total as f64;
+        let by_time = if limit > 0.0 { elapsed_secs / limit } else { 0.0 };
+        let fraction = by_samples.max(by_time).min(1.0);
+        let remaining_secs =
+            (fraction > 0.0).then(|| elapsed_secs * (1.0 - fraction) / fraction);
+        Progress { fraction, samples_done: done, samples_total: total, elapsed_secs, remaining_secs }
+    }
+}

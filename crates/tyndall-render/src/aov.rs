@@ -1,0 +1,175 @@
+//! What a render can write: one file per AOV, one line here.
+//!
+//! An AOV is either a mean over samples of something the path recorded ([`Source::Sample`]) or a statistic of the pixel
+//! ([`Source::Pixel`]).
+
+mod albedo;
+mod depth;
+mod normal;
+mod rgba;
+mod samples;
+mod surface;
+mod transmittance;
+mod variance;
+mod volume;
+
+use tyndall_math::Rgb;
+
+/// Everything a path tells about itself, for AOVs. Radiances include the camera's exposure.
+#[derive(Debug, Clone, Copy)]
+pub struct SampleRecord {
+    /// Radiance along the camera ray.
+    pub radiance: Rgb,
+    /// The part whose first scattering event (or emission) lies in a medium.
+    pub volume_radiance: Rgb,
+    /// 1 if anything was met before the background, else the part that was absorbed.
+    pub alpha: f32,
+    /// Reflectance of the first surface, or single-scattering albedo of the first volume event.
+    pub albedo: Rgb,
+    /// Shading normal of the first surface in world space; zero if there is none.
+    pub normal: glam::Vec3A,
+    /// Depth of the first surface along the viewing axis, stage units; infinite if there is none.
+    pub depth: f32,
+    /// Estimate of the media's transmittance up to the first surface.
+    pub transmittance: Rgb,
+}
+
+impl Default for SampleRecord {
+    fn default() -> Self {
+        Self {
+            radiance: Rgb::ZERO,
+            volume_radiance: Rgb::ZERO,
+            alpha: 0.0,
+            albedo: Rgb::ZERO,
+            normal: Rgb::ZERO,
+            depth: f32::INFINITY,
+            transmittance: Rgb::ZERO,
+        }
+    }
+}
+
+/// Statistics of a pixel's radiance.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct PixelStatistics {
+    /// Samples taken.
+    pub count: u32,
+    /// Sum of radiance.
+    pub sum: [f64; 3],
+    /// Sum of squared radiance.
+    pub sum_of_squares: [f64; 3],
+}
+
+/// How the mean over samples is formed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mean {
+    /// Over all samples.
+    All,
+    /// Over samples with a finite first value only; pixels without any get [`NO_HIT_DEPTH`].
+    Finite,
+}
+
+/// Depth written where no sample hit a surface: finite, and far beyond any scene (Blender's convention).
+pub const NO_HIT_DEPTH: f32 = 1e10;
+
+/// Where an AOV's numbers come from.
+#[derive(Clone, Copy)]
+pub enum Source {
+    /// A mean over samples; unused channels are ignored.
+    Sample(fn(&SampleRecord) -> [f32; 4], Mean),
+    /// A function of the pixel's statistics.
+    Pixel(fn(&PixelStatistics) -> [f32; 4]),
+}
+
+/// How precisely an AOV is stored in files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 16 bits suffice.
+    Half,
+    /// 32 bits.
+    Float,
+    /// A whole number.
+    Uint,
+}
+
+/// An AOV.
+#[derive(Clone, Copy)]
+pub struct Aov {
+    /// Name on the command line, in files and in Python.
+    pub name: &'static str,
+    /// Channel names in files.
+    pub channels: &'static [&'static str],
+    /// One sentence with unit and meaning.
+    pub doc: &'static str,
+    /// Storage.
+    pub precision: Precision,
+    /// Where its numbers come from.
+    pub source: Source,
+}
+
+/// Every AOV. Adding one is a file and a line.
+pub const AOVS: &[Aov] = &[
+    rgba::AOV,
+    albedo::AOV,
+    normal::AOV,
+    depth::AOV,
+    volume::AOV,
+    surface::AOV,
+    transmittance::AOV,
+    samples::AOV,
+    variance::AOV,
+];
+
+/// The AOV called `name`.
+///
+/// # Errors
+/// There is none; the text lists those there are.
+pub fn find(name: &str) -> Result<&'static Aov, String> {
+    AOVS.iter().find(|aov| aov.name == name).ok_or_else(|| {
+        let known: Vec<_> = AOVS.iter().map(|a| a.name).collect();
+        format!("unknown AOV {name:?}; known: {}", known.join(", "))
+    })
+}
+
+pub(crate) fn rgb(c: Rgb) -> [f32; 4] {
+    [c.x, c.y, c.z, 0.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_channels_fit() {
+        for (i, aov) in AOVS.iter().enumerate() {
+            assert!((1..=4).contains(&aov.channels.len()), "{}", aov.name);
+            assert!(AOVS[..i].iter().all(|other| other.name != aov.name));
+            assert!(aov.doc.ends_with('.'));
+        }
+    }
+
+    #[test]
+    fn volume_and_surface_add_up_to_the_beauty() {
+        let record = SampleRecord {
+            radiance: Rgb::new(3.0, 2.0, 1.0),
+            volume_radiance: Rgb::new(1.0, 0.5, 1.0),
+            ..Default::default()
+        };
+        let value = |aov: &Aov| match aov.source {
+            Source::Sample(f, _) => f(&record),
+            Source::Pixel(_) => panic!("a sample AOV"),
+        };
+        for c in 0..3 {
+            assert_eq!(value(&volume::AOV)[c] + value(&surface::AOV)[c], value(&rgba::AOV)[c]);
+        }
+    }
+
+    #[test]
+    fn variance_is_that_of_the_mean() {
+        let pixel = PixelStatistics { count: 4, sum: [8.0, 4.0, 0.0], sum_of_squares: [24.0, 4.0, 0.0] };
+        let Source::Pixel(f) = variance::AOV.source else { panic!("a pixel AOV") };
+        // Samples such as 0, 2, 2, 4: sample variance 8/3, of the mean 2/3.
+        assert!((f(&pixel)[0] - 2.0 / 3.0).abs() < 1e-6);
+        assert_eq!(f(&pixel)[1], 0.0);
+        assert_eq!(f(&PixelStatistics { count: 1, ..pixel })[0], 0.0);
+    }
+}

@@ -1,0 +1,146 @@
+//! The light transport of one camera path.
+//!
+//! A path is a loop over *segments*: the ray up to the next surface, with the media spans on it. Each segment first
+//! gathers the media's emission, then answers *scatter here* or *reach the end*. Direct light is sampled at every
+//! scattering event and combined with directional sampling by the balance heuristic over **directional densities only**:
+//! what the media between do to a path is a factor of both techniques and never part of the weights.
+
+mod direct;
+mod record;
+mod roulette;
+mod segment;
+mod statistics;
+mod surface;
+mod vertex;
+
+pub use statistics::PathStatistics;
+
+use crate::aov::SampleRecord;
+use crate::filter::sample_offset;
+use crate::world::{SegmentEnd, World, WorldScratch};
+use glam::{Vec2, Vec3A};
+use record::Recorder;
+use tyndall_math::Ray;
+use tyndall_math::Rgb;
+use tyndall_math::random::{PathSampler, Pcg};
+use tyndall_scene::{PixelFilter, RenderSettings};
+
+/// Traces camera paths through a world.
+pub(crate) struct Integrator<'a> {
+    world: &'a World,
+    resolution: [u32; 2],
+    filter: PixelFilter,
+    seed: u64,
+    max_scatter: u32,
+}
+
+/// Working memory of one worker, reused over its samples.
+pub(crate) type Scratch = WorldScratch;
+
+/// How the direction of the current ray was chosen, for the weight of emitters it hits.
+#[derive(Debug, Clone, Copy)]
+struct Origin {
+    /// The vertex it left.
+    position: Vec3A,
+    /// Density per steradian with which that vertex would sample this direction.
+    pdf: f32,
+    /// Chosen by a delta distribution (or the camera): no light sampling competes.
+    is_delta: bool,
+}
+
+/// A path in the making.
+struct Path<'a> {
+    world: &'a World,
+    sampler: PathSampler,
+    /// Numbers of unbounded count: free-flight candidates, ratio tracking.
+    rng: Pcg,
+    ray: Ray,
+    origin: Origin,
+    throughput: Rgb,
+    /// Scattering events so far; at most `max_scatter`.
+    scatter_count: u32,
+    max_scatter: u32,
+    recorder: Recorder,
+}
+
+impl<'a> Integrator<'a> {
+    pub(crate) fn new(world: &'a World, settings: &RenderSettings) -> Self {
+        Self {
+            world,
+            resolution: settings.resolution,
+            filter: settings.filter,
+            seed: settings.seed,
+            max_scatter: settings.max_bounces,
+        }
+    }
+
+    pub(crate) fn scratch(&self) -> Scratch {
+        Scratch::default()
+    }
+
+    /// Sample number `sample` of a pixel: a pure function of its arguments and the seed.
+    pub(crate) fn sample(
+        &self,
+        pixel: [u32; 2],
+        image_width: u32,
+        sample: u64,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> SampleRecord {
+        let pixel_id = u64::from(pixel[1]) * u64::from(image_width) + u64::from(pixel[0]);
+        let mut sampler = PathSampler::new(self.seed, pixel_id, sample);
+        let [film_x, film_y, lens_x, lens_y] = sampler.next_4d();
+        let offset = sample_offset(self.filter, Vec2::new(film_x, film_y));
+        let on_image = (Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset)
+            / Vec2::new(self.resolution[0] as f32, self.resolution[1] as f32);
+        let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
+        let mut path = Path {
+            world: self.world,
+            rng: sampler.stream(0),
+            sampler,
+            ray: camera_ray.ray,
+            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true },
+            throughput: Rgb::ONE,
+            scatter_count: 0,
+            max_scatter: self.max_scatter,
+            recorder: Recorder::new(&camera_ray),
+        };
+        statistics.paths += 1;
+        if self.world.has_media() {
+            path.trace::<true>(scratch, statistics);
+        } else {
+            path.trace::<false>(scratch, statistics);
+        }
+        path.recorder.finish(self.world.camera().exposure_scale())
+    }
+}
+
+impl Path<'_> {
+    /// The path loop. `MEDIA` compiles the media out of scenes that have none.
+    fn trace<const MEDIA: bool>(&mut self, scratch: &mut Scratch, statistics: &mut PathStatistics) {
+        loop {
+            statistics.segments += 1;
+            let end = self.world.trace(&self.ray);
+            let event = self.sample_segment::<MEDIA>(&end, scratch, statistics);
+            let goes_on = match (event, end) {
+                (segment::Event::Scatter { t, phase }, _) => {
+                    self.scatter_in_medium::<MEDIA>(t, phase, scratch, statistics)
+                }
+                (segment::Event::Pass, SegmentEnd::Surface(hit)) => {
+                    self.scatter_at_surface::<MEDIA>(&hit, scratch, statistics)
+                }
+                (segment::Event::Pass, SegmentEnd::Light { index, t }) => {
+                    self.add_light(index, t);
+                    false
+                }
+                (segment::Event::Pass, SegmentEnd::Escaped) => {
+                    self.add_background();
+                    false
+                }
+            };
+            if !goes_on || !self.survives_roulette() {
+                return;
+            }
+        }
+    }
+}

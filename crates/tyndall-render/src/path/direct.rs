@@ -1,0 +1,85 @@
+//! Direct light: light sampling at events, and emitters met by chance, combined by the balance heuristic
+//! (Veach & Guibas 1995) over directional densities.
+
+use super::vertex::Vertex;
+use super::{Path, PathStatistics, Scratch};
+use glam::Vec2;
+use tyndall_math::{Ray, Rgb};
+
+/// Shadow rays stop this fraction short of the light, so that a mesh modelled exactly at the light's own surface (the
+/// lamp's panel) does not hide it. Relative: no absolute epsilon.
+const SHADOW_END: f32 = 1.0 - 1e-4;
+
+impl Path<'_> {
+    /// Adds light from one sampled light.
+    pub(super) fn add_direct<const MEDIA: bool>(
+        &mut self,
+        vertex: &Vertex,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) {
+        let lights = self.world.lights();
+        if lights.lights.is_empty() || vertex.is_delta_only() {
+            return;
+        }
+        let [u_light, u, v, _] = self.sampler.next_4d();
+        let position = vertex.position();
+        let Some((index, p_light)) = lights.sample_light(position, u_light) else { return };
+        let Some(light) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
+        let (value, pdf_vertex) = vertex.evaluate(light.direction);
+        let pdf_light = p_light * light.pdf;
+        if value == Rgb::ZERO || light.radiance == Rgb::ZERO || pdf_light <= 0.0 {
+            return;
+        }
+        let weight = if light.is_delta { 1.0 } else { pdf_light / (pdf_light + pdf_vertex) };
+        let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
+        let shadow_ray = Ray {
+            origin: vertex.origin_towards(light.direction),
+            direction: light.direction,
+            t_max: light.distance * SHADOW_END,
+        };
+        statistics.shadow_rays += 1;
+        let visibility =
+            self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);
+        if visibility != Rgb::ZERO {
+            self.recorder.add(contribution * visibility);
+        }
+    }
+
+    /// Adds the light whose body the ray met.
+    pub(super) fn add_light(&mut self, index: usize, t: f32) {
+        let light = &self.world.lights().lights[index];
+        let radiance = light.radiance(self.ray.origin, self.ray.direction);
+        self.recorder.meet_light(t);
+        if radiance != Rgb::ZERO {
+            let weight = self.weight_of_emitter(index);
+            self.recorder.add(self.throughput * radiance * weight);
+        }
+    }
+
+    /// Adds the lights at infinity that the ray escapes to.
+    pub(super) fn add_background(&mut self) {
+        self.recorder.escape(self.throughput);
+        let lights = self.world.lights();
+        for &index in self.world.infinite_lights() {
+            let radiance = lights.lights[index].radiance(self.ray.origin, self.ray.direction);
+            if radiance != Rgb::ZERO {
+                let weight = self.weight_of_emitter(index);
+                self.recorder.add(self.throughput * radiance * weight);
+            }
+        }
+    }
+
+    /// Balance-heuristic weight of having met a light by directional sampling.
+    #[inline]
+    fn weight_of_emitter(&self, index: usize) -> f32 {
+        if self.origin.is_delta {
+            return 1.0;
+        }
+        let lights = self.world.lights();
+        let from = self.origin.position;
+        let pdf_light =
+            lights.probability(from, index) * lights.lights[index].pdf(from, self.ray.direction);
+        self.origin.pdf / (self.origin.pdf + pdf_light)
+    }
+}

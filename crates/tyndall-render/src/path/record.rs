@@ -1,0 +1,116 @@
+//! Collects what a path contributes to the AOVs.
+
+use crate::aov::SampleRecord;
+use crate::camera::CameraRay;
+use glam::Vec3A;
+use tyndall_math::{Rgb, mean_component};
+
+/// What the first scattering event was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum First {
+    None,
+    Medium,
+    Surface,
+}
+
+/// The record of a path in the making.
+pub(super) struct Recorder {
+    record: SampleRecord,
+    first: First,
+    /// No surface, not even a transparent one, has been passed yet.
+    is_first_segment: bool,
+    near_depth: f32,
+    axial_speed: f32,
+    /// Distance of the current ray's origin from the near plane along the camera ray.
+    travelled: f32,
+}
+
+impl Recorder {
+    pub(super) fn new(camera_ray: &CameraRay) -> Self {
+        Self {
+            record: SampleRecord { alpha: 1.0, ..Default::default() },
+            first: First::None,
+            is_first_segment: true,
+            near_depth: camera_ray.near_depth,
+            axial_speed: camera_ray.axial_speed,
+            travelled: 0.0,
+        }
+    }
+
+    /// Adds radiance arriving at the camera (throughput included).
+    #[inline]
+    pub(super) fn add(&mut self, radiance: Rgb) {
+        self.record.radiance += radiance;
+        if self.first == First::Medium {
+            self.record.volume_radiance += radiance;
+        }
+    }
+
+    /// Adds emission of a medium; before the first event it belongs to the volume.
+    #[inline]
+    pub(super) fn add_medium_emission(&mut self, radiance: Rgb) {
+        self.record.radiance += radiance;
+        if self.first != First::Surface {
+            self.record.volume_radiance += radiance;
+        }
+    }
+
+    /// The camera's segment reached its end with this weight.
+    #[inline]
+    pub(super) fn pass_first_segment(&mut self, weight: Rgb) {
+        if self.is_first_segment && self.first == First::None {
+            self.record.transmittance = weight;
+        }
+    }
+
+    /// A scattering event in a medium with this albedo.
+    #[inline]
+    pub(super) fn scatter_in_medium(&mut self, albedo: Rgb) {
+        if self.first == First::None {
+            self.first = First::Medium;
+            self.record.albedo = albedo;
+        }
+    }
+
+    /// A surface was met `t` along the current ray.
+    #[inline]
+    pub(super) fn meet_surface(&mut self, t: f32) {
+        if self.first == First::None {
+            self.travelled += t;
+            self.is_first_segment = false;
+        }
+    }
+
+    /// A scattering event at the surface that was met.
+    #[inline]
+    pub(super) fn scatter_at_surface(&mut self, albedo: impl FnOnce() -> Rgb, normal: Vec3A) {
+        if self.first == First::None {
+            self.first = First::Surface;
+            self.record.albedo = albedo();
+            self.record.normal = normal;
+            self.record.depth = self.near_depth + self.travelled * self.axial_speed;
+        }
+    }
+
+    /// A light's body was seen directly at distance `t`.
+    #[inline]
+    pub(super) fn meet_light(&mut self, t: f32) {
+        if self.first == First::None {
+            self.record.depth = self.near_depth + (self.travelled + t) * self.axial_speed;
+        }
+    }
+
+    /// The path left the scene with this throughput: the background shows through.
+    #[inline]
+    pub(super) fn escape(&mut self, throughput: Rgb) {
+        if self.first == First::None {
+            self.record.alpha = 1.0 - mean_component(throughput);
+        }
+    }
+
+    pub(super) fn finish(mut self, exposure_scale: f32) -> SampleRecord {
+        self.record.radiance *= exposure_scale;
+        self.record.volume_radiance *= exposure_scale;
+        self.record
+    }
+}

@@ -1,0 +1,29 @@
+//! Russian roulette on the throughput.
+
+use super::Path;
+use tyndall_math::{Rgb, max_component};
+
+/// Scattering events before roulette begins: short paths carry most of the light.
+const FIRST_EVENT: u32 = 4;
+
+/// Smallest chance to survive: bounds the weight of a survivor.
+const MIN_SURVIVAL: f32 = 0.05;
+
+impl Path<'_> {
+    /// Ends paths that carry little; survivors carry it all, so the mean is unchanged. White media never end.
+    #[inline]
+    pub(super) fn survives_roulette(&mut self) -> bool {
+        if self.throughput == Rgb::ZERO || !self.throughput.is_finite() {
+            return false;
+        }
+        if self.scatter_count < FIRST_EVENT {
+            return true;
+        }
+        let survival = max_component(self.throughput.abs()).clamp(MIN_SURVIVAL, 1.0);
+        if survival < 1.0 && self.rng.next_f32() >= survival {
+            return false;
+        }
+        self.throughput /= survival;
+        true
+    }
+}

@@ -1,0 +1,52 @@
+//! What happens along a segment, up to its end.
+
+use super::{Path, PathStatistics, Scratch};
+use crate::world::SegmentEnd;
+use tyndall_volume::PhaseMix;
+
+/// Where the path goes on.
+pub(super) enum Event {
+    /// Scattered in a medium at this distance.
+    Scatter { t: f32, phase: PhaseMix },
+    /// Reached the segment's end.
+    Pass,
+}
+
+impl Path<'_> {
+    /// Adds the media's emission along the segment, chooses between scattering and passing, and updates the throughput.
+    #[inline]
+    pub(super) fn sample_segment<const MEDIA: bool>(
+        &mut self,
+        end: &SegmentEnd,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Event {
+        if !MEDIA {
+            self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
+            return Event::Pass;
+        }
+        let ray = self.ray.up_to(end.t().min(self.ray.t_max));
+        self.world.find_spans(&ray, scratch);
+        if scratch.spans.is_empty() {
+            self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
+            return Event::Pass;
+        }
+        let walk = tyndall_volume::sample_collision(
+            self.world.media(),
+            &scratch.spans,
+            &ray,
+            self.throughput,
+            &mut self.rng,
+            &mut statistics.walks,
+        );
+        self.recorder.add_medium_emission(self.throughput * walk.emission);
+        self.throughput *= walk.weight;
+        match walk.event {
+            tyndall_volume::Event::Scatter { t, phase } => Event::Scatter { t, phase },
+            tyndall_volume::Event::Pass => {
+                self.recorder.pass_first_segment(walk.weight);
+                Event::Pass
+            }
+        }
+    }
+}

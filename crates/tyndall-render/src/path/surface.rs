@@ -1,0 +1,103 @@
+//! Events at surfaces and in media: record, direct light, next direction.
+
+use super::vertex::Vertex;
+use super::{Origin, Path, PathStatistics, Scratch};
+use crate::world::SurfaceHit;
+use glam::Vec3A;
+use tyndall_math::{Ray, Rgb, mean_component, offset_ray_origin};
+use tyndall_volume::PhaseMix;
+
+impl Path<'_> {
+    /// A scattering event in a medium; returns whether the path goes on.
+    pub(super) fn scatter_in_medium<const MEDIA: bool>(
+        &mut self,
+        t: f32,
+        phase: PhaseMix,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> bool {
+        statistics.volume_events += 1;
+        self.recorder.scatter_in_medium(self.throughput);
+        if !self.count_scatter() {
+            return false;
+        }
+        let travel = self.ray.direction;
+        let vertex = Vertex::Medium { position: self.ray.at(t), travel, phase };
+        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
+        let u = self.sampler.next_2d();
+        let Vertex::Medium { position, phase, .. } = vertex else { return false };
+        let sample = phase.sample(travel, u);
+        self.leave(position, position, sample.direction, sample.pdf, false);
+        self.throughput *= sample.value / sample.pdf;
+        true
+    }
+
+    /// A surface is met; returns whether the path goes on.
+    pub(super) fn scatter_at_surface<const MEDIA: bool>(
+        &mut self,
+        hit: &SurfaceHit,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> bool {
+        self.recorder.meet_surface(hit.t());
+        let surface = self.world.shade(&self.ray, hit);
+        if surface.transparency != Rgb::ZERO {
+            let straight = mean_component(surface.transparency).min(1.0);
+            if self.rng.next_f32() < straight {
+                // Straight on: not an event. The vertex before still owns the direction.
+                self.throughput *= surface.transparency / straight;
+                let normal = surface.frame.geometric_normal;
+                let direction = self.ray.direction;
+                let origin = offset_ray_origin(surface.position, surface.error, normal, direction);
+                self.ray = Ray { origin, direction, t_max: self.ray.t_max - hit.t() };
+                return true;
+            }
+            self.throughput *= (Rgb::ONE - surface.transparency) / (1.0 - straight);
+        }
+        statistics.surface_events += 1;
+        let wo = -self.ray.direction;
+        self.recorder.scatter_at_surface(|| surface.bsdf.albedo(&surface.frame, wo), surface.frame.normal());
+        if surface.emission != Rgb::ZERO {
+            self.recorder.add(self.throughput * surface.emission);
+        }
+        if !self.count_scatter() {
+            return false;
+        }
+        let vertex = Vertex::Surface {
+            position: surface.position,
+            error: surface.error,
+            frame: surface.frame,
+            wo,
+            bsdf: surface.bsdf,
+        };
+        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
+        self.choose_direction(&vertex)
+    }
+
+    /// Continues from a surface by sampling its BSDF.
+    fn choose_direction(&mut self, vertex: &Vertex) -> bool {
+        let Vertex::Surface { position, frame, wo, bsdf, .. } = vertex else { return false };
+        let [u, v, lobe, _] = self.sampler.next_4d();
+        let Some(sample) = bsdf.sample(frame, *wo, [u, v, lobe]) else { return false };
+        self.throughput *= sample.weight;
+        let origin = vertex.origin_towards(sample.direction);
+        self.leave(*position, origin, sample.direction, sample.pdf, sample.is_delta);
+        true
+    }
+
+    /// Counts a scattering event unless the path has had all it may.
+    #[inline]
+    fn count_scatter(&mut self) -> bool {
+        if self.scatter_count == self.max_scatter {
+            return false;
+        }
+        self.scatter_count += 1;
+        true
+    }
+
+    #[inline]
+    fn leave(&mut self, position: Vec3A, origin: Vec3A, direction: Vec3A, pdf: f32, is_delta: bool) {
+        self.origin = Origin { position, pdf, is_delta };
+        self.ray = Ray::new(origin, direction);
+    }
+}

@@ -1,0 +1,179 @@
+//! Rendering a world into a film: passes, tiles, threads, cancelling.
+//!
+//! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
+//! order, so the number of threads never changes a bit of the image.
+
+use crate::film::{Film, TILE_SIZE};
+use crate::path::{Integrator, PathStatistics};
+use crate::world::World;
+use rayon::prelude::*;
+use std::sync::Arc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use tyndall_scene::RenderSettings;
+
+/// Samples a pixel takes in one pass at the most: bounds how unevenly a cancelled image is sampled.
+const MAX_PASS: u32 = 32;
+
+/// Why a session could not start.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SessionError {
+    /// The film cannot be made.
+    #[error("{0}")]
+    Film(String),
+    /// Worker threads could not be started.
+    #[error("cannot start {threads} worker threads: {why}; ask for fewer with --threads")]
+    Threads {
+        /// How many were asked for.
+        threads: u32,
+        /// The system's answer.
+        why: String,
+    },
+}
+
+/// What others may read and write while a render runs.
+#[derive(Debug, Default)]
+pub struct Control {
+    stop: AtomicBool,
+    samples: AtomicU64,
+    passes: AtomicU64,
+}
+
+impl Control {
+    /// Asks the render to end soon; what has been done is kept.
+    pub fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether [`Self::stop`] was called.
+    pub fn is_stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Pixel samples done so far.
+    pub fn samples_done(&self) -> u64 {
+        self.samples.load(Ordering::Relaxed)
+    }
+
+    /// Passes over the whole image completed so far.
+    pub fn passes_done(&self) -> u64 {
+        self.passes.load(Ordering::Relaxed)
+    }
+}
+
+/// One render of one world.
+pub struct Session {
+    world: Arc<World>,
+    settings: RenderSettings,
+    pool: rayon::ThreadPool,
+    film: Mutex<Film>,
+    statistics: Mutex<PathStatistics>,
+}
+
+impl Session {
+    /// Prepares a render.
+    ///
+    /// # Errors
+    /// Unknown AOVs, or no threads to be had.
+    pub fn new(world: Arc<World>, settings: RenderSettings) -> Result<Self, SessionError> {
+        let [width, height] = settings.resolution;
+        let film = Film::new(width, height, &settings.aovs).map_err(SessionError::Film)?;
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(settings.threads as usize)
+            .thread_name(|i| format!("tyndall-{i}"))
+            .build()
+            .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
+        Ok(Self { world, settings, pool, film: Mutex::new(film), statistics: Mutex::default() })
+    }
+
+    /// Renders all passes, or until `control` is stopped.
+    pub fn render(&self, control: &Control) {
+        let integrator = Integrator::new(&self.world, &self.settings);
+        let mut film = self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut done = film.min_samples();
+        while done < self.settings.samples && !control.is_stopped() {
+            let target = (done + pass_size(done)).min(self.settings.samples);
+            let of_pass = self.pool.install(|| render_pass(&integrator, &mut film, target, control));
+            self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
+            control.passes.fetch_add(1, Ordering::Relaxed);
+            done = target;
+        }
+    }
+
+    /// Pixel samples a complete render takes.
+    pub fn samples_total(&self) -> u64 {
+        let [width, height] = self.settings.resolution;
+        u64::from(width) * u64::from(height) * u64::from(self.settings.samples)
+    }
+
+    /// A copy of the image so far.
+    pub fn film(&self) -> Film {
+        self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+    }
+
+    /// Counts of what the paths did.
+    pub fn statistics(&self) -> PathStatistics {
+        self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+    }
+
+    /// The world being rendered.
+    pub fn world(&self) -> &World {
+        &self.world
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &RenderSettings {
+        &self.settings
+    }
+}
+
+/// Samples of the pass after `done` samples: 1, 1, 2, 4, 8, ...
+fn pass_size(done: u32) -> u32 {
+    done.clamp(1, MAX_PASS)
+}
+
+/// Brings every pixel to `target` samples.
+fn render_pass(integrator: &Integrator, film: &mut Film, target: u32, control: &Control) -> PathStatistics {
+    let image_width = film.width();
+    debug_assert!(TILE_SIZE > 0);
+    film.tiles_mut()
+        .par_iter_mut()
+        .map(|tile| {
+            let mut statistics = PathStatistics::default();
+            let mut scratch = integrator.scratch();
+            for index in 0..tile.len() {
+                let (x, y) = tile.pixel(index);
+                let first = tile.sample_count(index);
+                for sample in first..target {
+                    if control.is_stopped() {
+                        return statistics;
+                    }
+                    let record =
+                        integrator.sample([x, y], image_width, u64::from(sample), &mut scratch, &mut statistics);
+                    tile.add(index, record);
+                }
+                control.samples.fetch_add(u64::from(target.saturating_sub(first)), Ordering::Relaxed);
+            }
+            statistics
+        })
+        .reduce(PathStatistics::default, |mut a, b| {
+            a.merge(&b);
+            a
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_double_up_to_their_limit() {
+        let mut done = 0;
+        let mut sizes = Vec::new();
+        while done < 100 {
+            sizes.push(pass_size(done));
+            done += pass_size(done);
+        }
+        assert_eq!(sizes[..8], [1, 1, 2, 4, 8, 16, 32, 32]);
+    }
+}

@@ -1,0 +1,109 @@
+//! The committed world: a scene made ready for rays.
+//!
+//! Everything is in *camera-relative* space: the camera's position is subtracted in f64 before anything becomes f32, so
+//! a shot a million units from the stage's origin is as precise as one at it.
+//! A world is immutable. What is expensive to build (triangles and their trees, brick grids) is kept in a
+//! [`WorldCache`] and reused by the next commit when its content is the same, so an edit rebuilds only what it touches
+//! and the picture always equals that of a world built from nothing.
+
+mod bodies;
+mod build;
+mod cache;
+mod clipping;
+mod grids;
+mod materials;
+mod media;
+mod placements;
+mod query;
+mod shade;
+mod surfaces;
+
+pub use build::WorldError;
+pub use cache::WorldCache;
+pub(crate) use query::{SegmentEnd, SurfaceHit, WorldScratch};
+pub(crate) use shade::Surface;
+
+use crate::camera::CameraModel;
+use bodies::LightBodies;
+use media::Media;
+use surfaces::Surfaces;
+use tyndall_scene::Diagnostics;
+use tyndall_shading::{CompiledMaterial, LightSet};
+
+/// A scene made ready for rays.
+pub struct World {
+    camera: CameraModel,
+    surfaces: Surfaces,
+    materials: Vec<CompiledMaterial>,
+    media: Media,
+    lights: LightSet,
+    /// Indices of lights at infinity.
+    infinite_lights: Vec<usize>,
+    bodies: LightBodies,
+    diagnostics: Diagnostics,
+}
+
+impl World {
+    /// The camera.
+    pub(crate) fn camera(&self) -> &CameraModel {
+        &self.camera
+    }
+
+    /// The lights.
+    pub(crate) fn lights(&self) -> &LightSet {
+        &self.lights
+    }
+
+    /// Lights that a ray meets where nothing else is.
+    pub(crate) fn infinite_lights(&self) -> &[usize] {
+        &self.infinite_lights
+    }
+
+    /// Whether any medium exists; scenes without compile the media out of their paths.
+    pub(crate) fn has_media(&self) -> bool {
+        !self.media.is_empty()
+    }
+
+    /// The media, in the order of their boundaries.
+    pub(crate) fn media(&self) -> &[tyndall_volume::Medium] {
+        self.media.list()
+    }
+
+    /// Messages of the front end and of building.
+    pub fn diagnostics(&self) -> &Diagnostics {
+        &self.diagnostics
+    }
+
+    /// Sizes for statistics: counts and bytes.
+    pub fn summary(&self) -> WorldSummary {
+        WorldSummary {
+            surface_instances: self.surfaces.instance_count(),
+            triangles: self.surfaces.triangle_count(),
+            media: self.media.list().len(),
+            lights: self.lights.lights.len(),
+            materials: self.materials.len(),
+            geometry_bytes: self.surfaces.memory_bytes(),
+            grid_bytes: self.media.memory_bytes(),
+        }
+    }
+}
+
+/// Sizes of a world.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "camelCase")]
+pub struct WorldSummary {
+    /// Placed surfaces.
+    pub surface_instances: usize,
+    /// Triangles, each mesh counted once however often it is placed.
+    pub triangles: usize,
+    /// Media.
+    pub media: usize,
+    /// Lights.
+    pub lights: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Bytes of meshes and their trees.
+    pub geometry_bytes: usize,
+    /// Bytes of brick grids.
+    pub grid_bytes: usize,
+}

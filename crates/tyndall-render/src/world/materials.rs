@@ -1,0 +1,69 @@
+//! Materials by path, compiled once.
+
+use super::build::BuildContext;
+use rustc_hash::FxHashMap;
+use std::collections::BTreeMap;
+use tyndall_scene::PrimPath;
+use tyndall_scene::prim::{self, NodeInput, Prim, ShadingNode};
+use tyndall_shading::CompiledMaterial;
+
+/// What is drawn without a (usable) material: the grey card every renderer agrees on.
+const DEFAULT_ALBEDO: [f32; 3] = [0.18; 3];
+
+/// Compiled materials of a world in the making.
+#[derive(Default)]
+pub(super) struct Materials {
+    compiled: Vec<CompiledMaterial>,
+    index_of: FxHashMap<Option<PrimPath>, usize>,
+}
+
+impl Materials {
+    /// The material that `user` is bound to; a grey default, with a message, if there is none at `path`.
+    pub(super) fn bound(&mut self, path: Option<&PrimPath>, user: &PrimPath, context: &mut BuildContext) -> usize {
+        let material = path.and_then(|path| match context.scene.get(path) {
+            Some(Prim::Material(material)) => Some((path, material)),
+            _ => {
+                let what = format!("the bound material <{path}> does not exist");
+                context.diagnostics.warn(user, what, "a grey default is used; check the binding");
+                None
+            }
+        });
+        let key = material.map(|(path, _)| path.clone());
+        if let Some(index) = self.index_of.get(&key) {
+            return *index;
+        }
+        let compiled = match material {
+            Some((path, material)) if material.surface.is_some() || material.volume.is_some() => {
+                CompiledMaterial::compile(path, material, context.assets, &mut context.diagnostics)
+            }
+            Some((path, _)) => {
+                let action = "a grey default is used; connect a surface or a volume";
+                context.diagnostics.warn(path, "the material has neither a surface nor a volume", action);
+                self.default_material(user, context)
+            }
+            None => self.default_material(user, context),
+        };
+        self.compiled.push(compiled);
+        self.index_of.insert(key, self.compiled.len() - 1);
+        self.compiled.len() - 1
+    }
+
+    /// The compiled material at an index.
+    pub(super) fn get(&self, index: usize) -> &CompiledMaterial {
+        &self.compiled[index]
+    }
+
+    pub(super) fn finish(self) -> Vec<CompiledMaterial> {
+        self.compiled
+    }
+
+    fn default_material(&self, user: &PrimPath, context: &mut BuildContext) -> CompiledMaterial {
+        let inputs = BTreeMap::from([("color".to_owned(), NodeInput::Vector(DEFAULT_ALBEDO))]);
+        let material = prim::Material {
+            nodes: vec![ShadingNode { kind: "diffuse".to_owned(), inputs }],
+            surface: Some(0),
+            volume: None,
+        };
+        CompiledMaterial::compile(user, &material, context.assets, &mut context.diagnostics)
+    }
+}

@@ -1,0 +1,118 @@
+//! The questions a path asks of the world.
+
+use super::World;
+use tyndall_geometry::{Hit, SpanScratch};
+use tyndall_math::random::Pcg;
+use tyndall_math::{Ray, Rgb};
+use tyndall_volume::{Span, WalkStats};
+
+/// Working memory of one worker.
+#[derive(Default)]
+pub(crate) struct WorldScratch {
+    /// Spans of the segment that was asked about last.
+    pub(crate) spans: Vec<Span>,
+    crossings: SpanScratch,
+}
+
+/// A hit on a surface.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SurfaceHit(pub(super) Hit);
+
+impl SurfaceHit {
+    /// Ray parameter.
+    pub(crate) fn t(&self) -> f32 {
+        self.0.t
+    }
+}
+
+/// What ends a segment.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum SegmentEnd {
+    /// A surface.
+    Surface(SurfaceHit),
+    /// The body of a light.
+    Light {
+        /// Which.
+        index: usize,
+        /// Where.
+        t: f32,
+    },
+    /// Nothing.
+    Escaped,
+}
+
+impl SegmentEnd {
+    /// Ray parameter, infinite if the ray escaped.
+    pub(crate) fn t(&self) -> f32 {
+        match self {
+            Self::Surface(hit) => hit.t(),
+            Self::Light { t, .. } => *t,
+            Self::Escaped => f32::INFINITY,
+        }
+    }
+}
+
+impl World {
+    /// The nearest surface or light body along the ray.
+    #[inline]
+    pub(crate) fn trace(&self, ray: &Ray) -> SegmentEnd {
+        let surface = self.surfaces.accel().intersect(ray);
+        let within = surface.map_or(*ray, |hit| ray.up_to(hit.t));
+        if let Some((index, t)) = self.bodies.nearest(&self.lights, &within) {
+            return SegmentEnd::Light { index, t };
+        }
+        surface.map_or(SegmentEnd::Escaped, |hit| SegmentEnd::Surface(SurfaceHit(hit)))
+    }
+
+    /// Fills `scratch.spans` with the parts of the ray inside media.
+    #[inline]
+    pub(crate) fn find_spans(&self, ray: &Ray, scratch: &mut WorldScratch) {
+        let WorldScratch { spans, crossings } = scratch;
+        spans.clear();
+        self.media.boundaries().spans(ray, crossings, &mut |medium, t0, t1| spans.push(Span { t0, t1, medium }));
+    }
+
+    /// What of the light of light `index` reaches the ray's origin: surfaces and other lights' bodies block, media
+    /// and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
+    pub(crate) fn visibility<const MEDIA: bool>(
+        &self,
+        ray: &Ray,
+        index: usize,
+        rng: &mut Pcg,
+        scratch: &mut WorldScratch,
+        walks: &mut WalkStats,
+    ) -> Rgb {
+        if self.bodies.blocks(&self.lights, ray, index) {
+            return Rgb::ZERO;
+        }
+        let past_surfaces = self.past_surfaces(ray);
+        if !MEDIA || past_surfaces == Rgb::ZERO {
+            return past_surfaces;
+        }
+        self.find_spans(ray, scratch);
+        if scratch.spans.is_empty() {
+            return past_surfaces;
+        }
+        past_surfaces * tyndall_volume::transmittance(self.media.list(), &scratch.spans, ray, rng, walks)
+    }
+
+    /// What surfaces let through along the ray.
+    fn past_surfaces(&self, ray: &Ray) -> Rgb {
+        if self.surfaces.all_opaque() {
+            return if self.surfaces.accel().occluded(ray) { Rgb::ZERO } else { Rgb::ONE };
+        }
+        let mut through = Rgb::ONE;
+        let mut rest = *ray;
+        while let Some(hit) = self.surfaces.accel().intersect(&rest) {
+            let hit = SurfaceHit(hit);
+            let surface = self.shade(&rest, &hit);
+            through *= surface.transparency;
+            if through == Rgb::ZERO {
+                return Rgb::ZERO;
+            }
+            let origin = surface.origin_behind(rest.direction);
+            rest = Ray { origin, direction: rest.direction, t_max: rest.t_max - hit.t() };
+        }
+        through
+    }
+}

@@ -1,0 +1,292 @@
+//! Surfaces: built meshes, their placements, and the structure that rays search.
+
+use super::build::BuildContext;
+use super::cache::MeshSource;
+use super::materials::Materials;
+use super::media::MediaBuilder;
+use super::placements::{camera_relative, is_invertible};
+use glam::{DAffine3, DVec3, Vec3A};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use tyndall_geometry::{Accel, Blas, Instance, TriangleMesh};
+use tyndall_scene::prim::{Mesh, Primvar, Shape, ShapeKind};
+use tyndall_scene::{Diagnostics, PrimPath};
+
+/// What a surface is made of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum ShapeOfSurface {
+    Triangles,
+    Cube,
+    Sphere,
+}
+
+/// A surface in object space, shared by all its placements.
+pub(super) struct SurfaceMesh {
+    blas: Arc<Blas>,
+    /// `None` for the analytic sphere.
+    triangles: Option<TriangleMesh>,
+    shape: ShapeOfSurface,
+    object_from_unit: DAffine3,
+    /// Messages of its making, repeated at every build that uses it.
+    diagnostics: Diagnostics,
+}
+
+impl SurfaceMesh {
+    fn of_mesh(path: &PrimPath, mesh: &Mesh) -> Self {
+        let mut diagnostics = Diagnostics::default();
+        let triangles = TriangleMesh::from_prim(path, mesh, &mut diagnostics);
+        Self::of_triangles(triangles, ShapeOfSurface::Triangles, DAffine3::IDENTITY, diagnostics)
+    }
+
+    fn of_shape(shape: &Shape) -> Self {
+        match shape.kind {
+            ShapeKind::Sphere { radius } => Self {
+                blas: Arc::new(Blas::unit_sphere()),
+                triangles: None,
+                shape: ShapeOfSurface::Sphere,
+                object_from_unit: DAffine3::from_scale(DVec3::splat(radius)),
+                diagnostics: Diagnostics::default(),
+            },
+            kind => {
+                let (shape, unit) = match kind {
+                    ShapeKind::Cube { size } => {
+                        (ShapeOfSurface::Cube, DAffine3::from_scale(DVec3::splat(0.5 * size)))
+                    }
+                    _ => (ShapeOfSurface::Triangles, DAffine3::IDENTITY),
+                };
+                Self::of_triangles(TriangleMesh::from_shape(&kind), shape, unit, Diagnostics::default())
+            }
+        }
+    }
+
+    fn of_triangles(
+        triangles: TriangleMesh,
+        shape: ShapeOfSurface,
+        object_from_unit: DAffine3,
+        diagnostics: Diagnostics,
+    ) -> Self {
+        let blas = Arc::new(Blas::from_triangles(&triangles.positions, &triangles.indices));
+        Self { blas, triangles: Some(triangles), shape, object_from_unit, diagnostics }
+    }
+
+    pub(super) fn blas(&self) -> &Arc<Blas> {
+        &self.blas
+    }
+
+    pub(super) fn shape(&self) -> ShapeOfSurface {
+        self.shape
+    }
+
+    /// `None` for the analytic sphere.
+    pub(super) fn triangles(&self) -> Option<&TriangleMesh> {
+        self.triangles.as_ref()
+    }
+
+    /// Object-space point that the stored positions are relative to.
+    pub(super) fn center(&self) -> DVec3 {
+        self.triangles.as_ref().map_or(DVec3::ZERO, |t| t.center)
+    }
+
+    /// Places the cube [-1, 1]^3 or the unit sphere; identity for triangles.
+    pub(super) fn object_from_unit(&self) -> DAffine3 {
+        self.object_from_unit
+    }
+
+    /// Places the stored positions (before [`Self::center`] is added).
+    pub(super) fn object_from_blas(&self) -> DAffine3 {
+        if self.shape == ShapeOfSurface::Sphere { self.object_from_unit } else { DAffine3::IDENTITY }
+    }
+
+    /// Whether it has an inside.
+    pub(super) fn is_closed(&self) -> bool {
+        self.triangles.as_ref().is_none_or(TriangleMesh::is_closed)
+    }
+
+    fn is_empty(&self) -> bool {
+        self.triangles.as_ref().is_some_and(|t| t.indices.is_empty())
+    }
+
+    fn memory_bytes(&self) -> usize {
+        self.blas.memory_bytes() + self.triangles.as_ref().map_or(0, TriangleMesh::memory_bytes)
+    }
+}
+
+/// A prim's surface: mesh, materials and primvars.
+pub(super) struct SurfacePrim {
+    pub(super) mesh: Arc<SurfaceMesh>,
+    /// Material of the mesh, then of each subset.
+    pub(super) materials: Vec<u32>,
+    /// For each material, the primvars it reads, in the order of its slots.
+    pub(super) primvars: Vec<Vec<Option<Arc<Primvar>>>>,
+}
+
+/// All surfaces of a world.
+pub(super) struct Surfaces {
+    accel: Accel,
+    prims: Vec<SurfacePrim>,
+    /// The prim of each instance of `accel`.
+    prim_of_instance: Vec<u32>,
+    all_opaque: bool,
+    is_emissive: bool,
+}
+
+impl Surfaces {
+    pub(super) fn accel(&self) -> &Accel {
+        &self.accel
+    }
+
+    #[inline]
+    pub(super) fn prim_of(&self, instance: u32) -> &SurfacePrim {
+        &self.prims[self.prim_of_instance[instance as usize] as usize]
+    }
+
+    /// Whether every surface stops light.
+    pub(super) fn all_opaque(&self) -> bool {
+        self.all_opaque
+    }
+
+    pub(super) fn is_emissive(&self) -> bool {
+        self.is_emissive
+    }
+
+    pub(super) fn instance_count(&self) -> usize {
+        self.prim_of_instance.len()
+    }
+
+    pub(super) fn triangle_count(&self) -> usize {
+        self.prims.iter().map(|p| p.mesh.triangles().map_or(0, |t| t.indices.len())).sum()
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.accel.memory_bytes() + self.prims.iter().map(|p| p.mesh.memory_bytes()).sum::<usize>()
+    }
+
+    pub(super) fn bounds(&self) -> Option<(Vec3A, Vec3A)> {
+        let (min, max) = self.accel.bounds();
+        min.cmple(max).all().then_some((min, max))
+    }
+}
+
+/// Collects surfaces.
+#[derive(Default)]
+pub(super) struct SurfacesBuilder {
+    prims: Vec<SurfacePrim>,
+    instances: Vec<Instance>,
+    prim_of_instance: Vec<u32>,
+}
+
+impl SurfacesBuilder {
+    pub(super) fn add_mesh(
+        &mut self,
+        path: &PrimPath,
+        mesh: &Arc<Mesh>,
+        materials: &mut Materials,
+        media: &mut MediaBuilder,
+        context: &mut BuildContext,
+    ) {
+        let source = MeshSource::Mesh(Arc::clone(mesh));
+        let built = context.cache.meshes.get_or_build(path.clone(), source, |_| SurfaceMesh::of_mesh(path, mesh));
+        let slots: Vec<usize> = std::iter::once(materials.bound(mesh.material.as_ref(), path, context))
+            .chain(mesh.subsets.iter().map(|subset| {
+                materials.bound(subset.material.as_ref().or(mesh.material.as_ref()), path, context)
+            }))
+            .collect();
+        let placed = Placed {
+            path,
+            world_from_object: mesh.world_from_object,
+            instancer: mesh.instancer.as_ref(),
+            primvars: &mesh.primvars,
+            slots,
+        };
+        self.add(placed, built, materials, media, context);
+    }
+
+    pub(super) fn add_shape(
+        &mut self,
+        path: &PrimPath,
+        shape: &Arc<Shape>,
+        materials: &mut Materials,
+        media: &mut MediaBuilder,
+        context: &mut BuildContext,
+    ) {
+        let source = MeshSource::Shape(Arc::clone(shape));
+        let built = context.cache.meshes.get_or_build(path.clone(), source, |_| SurfaceMesh::of_shape(shape));
+        let slots = vec![materials.bound(shape.material.as_ref(), path, context)];
+        let placed = Placed {
+            path,
+            world_from_object: shape.world_from_object,
+            instancer: shape.instancer.as_ref(),
+            primvars: &shape.primvars,
+            slots,
+        };
+        self.add(placed, built, materials, media, context);
+    }
+
+    fn add(
+        &mut self,
+        placed: Placed,
+        mesh: Arc<SurfaceMesh>,
+        materials: &Materials,
+        media: &mut MediaBuilder,
+        context: &mut BuildContext,
+    ) {
+        let Placed { path, world_from_object, instancer, primvars, slots } = placed;
+        context.diagnostics.extend(mesh.diagnostics.clone());
+        if mesh.is_empty() {
+            return;
+        }
+        let mut placements =
+            context.placements.of(path, world_from_object, instancer, &mut context.diagnostics);
+        let n_all = placements.len();
+        placements.retain(is_invertible);
+        if placements.len() < n_all {
+            let what = format!("{} of {n_all} placements are singular or not finite", n_all - placements.len());
+            context.diagnostics.warn(path, what, "they are not drawn; check the scale of the transform");
+        }
+        if let Some(volume) = materials.get(slots[0]).volume() {
+            media.add_inside(path, &mesh, volume, &placements, context);
+        }
+        if !materials.get(slots[0]).has_surface() {
+            return;
+        }
+        let index = self.prims.len() as u32;
+        for world_from_object in placements {
+            let placed = world_from_object * mesh.object_from_blas();
+            let world_from_object = camera_relative(placed, mesh.center(), context.origin);
+            self.instances.push(Instance { blas: Arc::clone(mesh.blas()), world_from_object });
+            self.prim_of_instance.push(index);
+        }
+        let shared: BTreeMap<_, _> = primvars.iter().map(|(name, p)| (name, Arc::new(p.clone()))).collect();
+        let primvars = slots
+            .iter()
+            .map(|&slot| {
+                let wanted = materials.get(slot).required_primvars();
+                wanted.iter().map(|name| shared.get(name).cloned()).collect()
+            })
+            .collect();
+        let materials = slots.into_iter().map(|slot| slot as u32).collect();
+        self.prims.push(SurfacePrim { mesh, materials, primvars });
+    }
+
+    pub(super) fn finish(self, materials: &Materials) -> Surfaces {
+        let used = || self.prims.iter().flat_map(|p| &p.materials).map(|&m| materials.get(m as usize));
+        let all_opaque = used().all(tyndall_shading::CompiledMaterial::is_opaque);
+        let is_emissive = used().any(tyndall_shading::CompiledMaterial::is_emissive);
+        Surfaces {
+            all_opaque,
+            is_emissive,
+            accel: Accel::build(self.instances),
+            prims: self.prims,
+            prim_of_instance: self.prim_of_instance,
+        }
+    }
+}
+
+/// A prim on its way into the world.
+struct Placed<'a> {
+    path: &'a PrimPath,
+    world_from_object: DAffine3,
+    instancer: Option<&'a PrimPath>,
+    primvars: &'a BTreeMap<String, Primvar>,
+    slots: Vec<usize>,
+}

@@ -1,0 +1,231 @@
+//! Sparse density grids made of 8^3 bricks.
+//!
+//! Voxel centres sit at integer index coordinates, density is trilinear in between and 0 outside the active voxels.
+//! The *cell* of brick b are the points p with floor(p / 8) = b; its interpolation footprint is the voxels 8b to 8b + 8
+//! along each axis. Every cell carries the maximum (the majorant of null-collision methods) and minimum over its
+//! footprint, so bounds hold exactly at cell faces too.
+//!
+//! The top level is a flat table over the bounding box in bricks: the fastest of the layouts measured (hash map of
+//! leaves, 5-4-3 tree, flat table with and without apron). If the box is mostly empty the same interface is served by
+//! hash maps on levels of growing node size, whose coarse nodes also let a ray skip empty space.
+//! Bricks keep their 512 values without apron: 40 % less memory, and leaves of a VDB copy in one move.
+
+mod build;
+mod dense;
+mod flat;
+mod report;
+mod tree;
+
+pub use dense::DenseGrid;
+pub use report::{GridReport, SparseVoxels};
+
+use flat::FlatTable;
+use glam::{IVec3, Vec3A};
+use tree::TreeTable;
+
+/// Edge of a brick in voxels.
+pub const BRICK_EDGE: i32 = 8;
+/// Voxels of a brick.
+pub const BRICK_VOXELS: usize = 512;
+/// Densities above this are cut: products with coefficients stay finite.
+pub const MAX_DENSITY: f32 = 1e15;
+/// Index coordinates lie in ±2^30, so that cells never overflow.
+pub const MAX_COORDINATE: i32 = 1 << 30;
+
+/// Bounds are widened by the rounding of a trilinear interpolation (7 lerps).
+const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
+
+/// The values of a brick: a position in the pool, or one value for all.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Brick {
+    /// Index of the brick in the pool, or [`Brick::UNIFORM`].
+    data: u32,
+    /// The value of all voxels of a uniform brick.
+    value: f32,
+}
+
+impl Brick {
+    const UNIFORM: u32 = u32::MAX;
+    pub(crate) const EMPTY: Self = Self::uniform(0.0);
+
+    const fn uniform(value: f32) -> Self {
+        Self { data: Self::UNIFORM, value }
+    }
+}
+
+/// A cube of cells with bounds on the density inside.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct GridCell {
+    /// Its lowest corner, in index coordinates.
+    pub(crate) lo: IVec3,
+    /// Its edge in voxels; 1, 8 or more.
+    pub(crate) edge: i32,
+    /// Upper bound of the density at every point of the closed cube.
+    pub(crate) max: f32,
+    /// Lower bound of the same.
+    pub(crate) min: f32,
+    /// The brick around it, where one brick holds the whole cube.
+    brick: Option<Brick>,
+}
+
+impl GridCell {
+    /// Whether the cell of `voxel` lies in this cube.
+    #[inline]
+    pub(crate) fn contains(&self, voxel: IVec3) -> bool {
+        let local = voxel - self.lo;
+        local.cmpge(IVec3::ZERO).all() && local.cmplt(IVec3::splat(self.edge)).all()
+    }
+}
+
+#[derive(Debug)]
+enum Table {
+    Flat(FlatTable),
+    Tree(TreeTable),
+}
+
+/// A sparse scalar field; immutable after [`BrickGrid::build`].
+#[derive(Debug)]
+pub struct BrickGrid {
+    table: Table,
+    /// Bricks of 512 values, offset x << 6 | y << 3 | z.
+    pool: Vec<f32>,
+    /// Lowest and highest cell with non-zero density, inclusive; `None` if there is none.
+    cells: Option<[IVec3; 2]>,
+    max: f32,
+}
+
+impl BrickGrid {
+    /// Whether density is zero everywhere.
+    pub fn is_empty(&self) -> bool {
+        self.cells.is_none()
+    }
+
+    /// The smallest box, in index coordinates, outside which density is zero: the non-zero voxels dilated by one.
+    pub fn bounds(&self) -> Option<[Vec3A; 2]> {
+        self.cells.map(|[lo, hi]| [lo.as_vec3a(), (hi + IVec3::ONE).as_vec3a()])
+    }
+
+    /// Largest density.
+    pub fn max_density(&self) -> f32 {
+        self.max
+    }
+
+    /// Heap memory in bytes.
+    pub fn memory_bytes(&self) -> usize {
+        let table = match &self.table {
+            Table::Flat(table) => table.memory_bytes(),
+            Table::Tree(table) => table.memory_bytes(),
+        };
+        table + self.pool.capacity() * size_of::<f32>()
+    }
+
+    /// Trilinear density at `p_index` (voxel centres at integers); 0 outside and for NaN.
+    pub fn density(&self, p_index: Vec3A) -> f32 {
+        let Some([lo, hi]) = self.bounds() else { return 0.0 };
+        if !(p_index.cmpge(lo).all() && p_index.cmple(hi).all()) {
+            return 0.0;
+        }
+        let voxel = p_index.floor().as_ivec3();
+        let brick = self.brick(voxel >> 3i32);
+        self.trilinear(brick, voxel, p_index - voxel.as_vec3a())
+    }
+
+    /// Bounds of density over the brick cell (or larger cube) around the cell of `voxel`.
+    pub fn bounds_around(&self, voxel: IVec3) -> [f32; 2] {
+        let cell = self.cell(voxel);
+        [cell.min, cell.max]
+    }
+
+    /// First and last cell that may be non-zero.
+    #[inline]
+    pub(crate) fn active_cells(&self) -> Option<[IVec3; 2]> {
+        self.cells
+    }
+
+    /// The largest known cube around the cell of `voxel` with its bounds.
+    #[inline]
+    pub(crate) fn cell(&self, voxel: IVec3) -> GridCell {
+        match &self.table {
+            Table::Flat(table) => table.cell(voxel),
+            Table::Tree(table) => table.cell(voxel),
+        }
+    }
+
+    /// The cell of one voxel inside `parent`, bounded by its eight corners.
+    pub(crate) fn voxel_cell(&self, voxel: IVec3, parent: &GridCell) -> GridCell {
+        let brick = parent.brick.unwrap_or_else(|| self.brick(voxel >> 3i32));
+        let corners = self.corners(brick, voxel);
+        let max = corners.iter().fold(0f32, |m, &c| m.max(c)) * ROUNDING;
+        let min = corners.iter().fold(f32::INFINITY, |m, &c| m.min(c)) * (2.0 - ROUNDING);
+        GridCell { lo: voxel, edge: 1, max, min, brick: Some(brick) }
+    }
+
+    /// Density at `p_index`, which is moved into `cell` if rounding put it outside: the cell's bounds hold.
+    #[inline]
+    pub(crate) fn density_in(&self, cell: &GridCell, p_index: Vec3A) -> f32 {
+        let lo = cell.lo.as_vec3a();
+        let p = p_index.clamp(lo, lo + cell.edge as f32);
+        let voxel = p.floor().as_ivec3().min(cell.lo + (cell.edge - 1)).max(cell.lo);
+        let brick = match cell.brick {
+            Some(brick) => brick,
+            None => self.brick(voxel >> 3i32),
+        };
+        self.trilinear(brick, voxel, (p - voxel.as_vec3a()).clamp(Vec3A::ZERO, Vec3A::ONE))
+    }
+
+    #[inline]
+    fn brick(&self, brick: IVec3) -> Brick {
+        match &self.table {
+            Table::Flat(table) => table.brick(brick),
+            Table::Tree(table) => table.brick(brick),
+        }
+    }
+
+    /// Interpolates between the eight voxels at `voxel` + {0, 1}^3; `brick` holds the lowest.
+    #[inline]
+    fn trilinear(&self, brick: Brick, voxel: IVec3, f: Vec3A) -> f32 {
+        let c = self.corners(brick, voxel);
+        let lerp = |a: f32, b: f32, f: f32| a + (b - a) * f;
+        let z = [lerp(c[0], c[1], f.z), lerp(c[2], c[3], f.z), lerp(c[4], c[5], f.z), lerp(c[6], c[7], f.z)];
+        lerp(lerp(z[0], z[1], f.y), lerp(z[2], z[3], f.y), f.x)
+    }
+
+    /// The eight voxels at `voxel` + {0, 1}^3, corner index x << 2 | y << 1 | z.
+    #[inline]
+    fn corners(&self, brick: Brick, voxel: IVec3) -> [f32; 8] {
+        let local = voxel & 7i32;
+        if local.max_element() == 7 {
+            return self.corners_across(brick, voxel);
+        }
+        if brick.data == Brick::UNIFORM {
+            return [brick.value; 8];
+        }
+        let base = brick.data as usize * BRICK_VOXELS + offset(local);
+        let v = &self.pool[base..base + 74];
+        [v[0], v[1], v[8], v[9], v[64], v[65], v[72], v[73]]
+    }
+
+    /// [`BrickGrid::corners`] where they belong to two, four or eight bricks.
+    #[cold]
+    #[inline(never)]
+    fn corners_across(&self, brick: Brick, voxel: IVec3) -> [f32; 8] {
+        let own = voxel >> 3i32;
+        std::array::from_fn(|corner| {
+            let v = voxel + IVec3::new(corner as i32 >> 2, corner as i32 >> 1 & 1, corner as i32 & 1);
+            let brick = if v >> 3i32 == own { brick } else { self.brick(v >> 3i32) };
+            match brick.data {
+                Brick::UNIFORM => brick.value,
+                data => self.pool[data as usize * BRICK_VOXELS + offset(v & 7i32)],
+            }
+        })
+    }
+}
+
+/// Position of a voxel in its brick.
+#[inline]
+fn offset(local: IVec3) -> usize {
+    (local.x << 6 | local.y << 3 | local.z) as usize
+}
+
+#[cfg(test)]
+mod tests;

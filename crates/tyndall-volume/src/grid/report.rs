@@ -1,0 +1,67 @@
+//! What goes into a grid, and what was wrong with it.
+
+/// A sparse scalar grid as its file describes it, borrowed.
+#[derive(Debug, Clone, Default)]
+pub struct SparseVoxels<'a> {
+    /// Origin (a multiple of 8) and the 512 values of each leaf, offset x << 6 | y << 3 | z. Inactive voxels hold the
+    /// value they should be read as, normally 0.
+    pub leaves: Vec<([i32; 3], &'a [f32])>,
+    /// Origin, edge in voxels (8, 128 or 4096; any multiple of 8 works) and value of each active tile.
+    pub tiles: Vec<([i32; 3], u32, f32)>,
+    /// Value outside; read as 0, and reported if it is not.
+    pub background: f32,
+}
+
+/// What the build found. Counts are voxels, a tile counting once.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct GridReport {
+    /// NaN values, read as 0.
+    pub nan_count: u64,
+    /// Infinite values, read as 0.
+    pub inf_count: u64,
+    /// Negative values, read as 0.
+    pub negative_count: u64,
+    /// Values above [`super::MAX_DENSITY`], cut.
+    pub huge_count: u64,
+    /// Leaves and tiles dropped: beyond ±2^30, origin or size not a multiple of 8, or leaf not of 512 values.
+    pub dropped_count: u64,
+    /// The background was not 0; outside reads 0 all the same.
+    pub nonzero_background: bool,
+    /// Bricks with values of their own.
+    pub brick_count: u64,
+    /// The box is mostly empty: hash maps instead of a flat table.
+    pub is_sparse: bool,
+}
+
+impl GridReport {
+    /// The value to store for `value`, counting what is changed.
+    #[inline]
+    pub(super) fn clean(&mut self, value: f32) -> f32 {
+        if (0.0..=super::MAX_DENSITY).contains(&value) {
+            return value;
+        }
+        self.clean_odd(value)
+    }
+
+    #[cold]
+    fn clean_odd(&mut self, value: f32) -> f32 {
+        let (count, replacement) = match value {
+            v if v.is_nan() => (&mut self.nan_count, 0.0),
+            v if v.is_infinite() => (&mut self.inf_count, 0.0),
+            v if v < 0.0 => (&mut self.negative_count, 0.0),
+            _ => (&mut self.huge_count, super::MAX_DENSITY),
+        };
+        *count += 1;
+        replacement
+    }
+
+    /// Adds the counts of another part of the same grid.
+    pub(super) fn merge(mut self, other: Self) -> Self {
+        self.nan_count += other.nan_count;
+        self.inf_count += other.inf_count;
+        self.negative_count += other.negative_count;
+        self.huge_count += other.huge_count;
+        self.dropped_count += other.dropped_count;
+        self
+    }
+}

@@ -1,0 +1,139 @@
+//! Bricks against the dense twin, and hostile grids.
+
+use super::*;
+use crate::testing::noise;
+use proptest::prelude::*;
+use tyndall_math::random::Pcg;
+
+fn random_point(rng: &mut Pcg, lo: Vec3A, hi: Vec3A) -> Vec3A {
+    lo + (hi - lo) * Vec3A::new(rng.next_f32(), rng.next_f32(), rng.next_f32())
+}
+
+/// Value, minimum and maximum agree with the dense grid at random and at integer points.
+fn assert_same(dense: &DenseGrid, grid: &BrickGrid, lo: Vec3A, hi: Vec3A, seed: u64) {
+    let mut rng = Pcg::new(&[seed]);
+    for i in 0..400 {
+        let mut p = random_point(&mut rng, lo - 3.0, hi + 3.0);
+        if i % 4 == 0 {
+            p = p.round();
+        } else if i % 4 == 1 {
+            p = (p / 8.0).round() * 8.0 - Vec3A::splat(1e-4);
+        }
+        let (expected, got) = (dense.density(p), grid.density(p));
+        assert!((f64::from(got) - expected).abs() <= 1e-5 * (expected + 1e-3), "{p}: {got} for {expected}");
+        let [min, max] = grid.bounds_around(p.floor().as_ivec3());
+        assert!(min <= got && got <= max, "{p}: {got} outside [{min}, {max}]");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+    #[test]
+    fn agrees_with_the_dense_twin(
+        seed in 0u64..1000, x in -40i32..40, y in -40i32..40, z in -9i32..9,
+        sx in 1i32..30, sy in 1i32..20, sz in 1i32..20, fill in 0f32..1.0,
+    ) {
+        let (lo, size) = (IVec3::new(x, y, z), IVec3::new(sx, sy, sz));
+        let value = |v: IVec3| if noise(v >> 2i32, seed) < fill { noise(v, seed + 1) } else { 0.0 };
+        let dense = DenseGrid::from_fn(lo, size, value);
+        assert_same(&dense, &dense.to_bricks(), lo.as_vec3a(), (lo + size).as_vec3a(), seed);
+    }
+
+    #[test]
+    fn tiles_agree_with_the_dense_twin(seed in 0u64..1000, tx in -2i32..2, value in 0.1f32..2.0, far in any::<bool>()) {
+        let (tile, leaf) = (IVec3::new(128 * tx, 0, -128), IVec3::new(128 * tx + 128, 8, -8));
+        let inside = |v: IVec3, lo: IVec3, edge: i32| {
+            (v - lo).cmpge(IVec3::ZERO).all() && (v - lo).cmplt(IVec3::splat(edge)).all()
+        };
+        let at = |v: IVec3| match v {
+            v if inside(v, tile, 128) => value,
+            v if inside(v, leaf, 8) => noise(v, seed),
+            _ => 0.0,
+        };
+        let lo = tile + IVec3::new(100, -3, 90);
+        let dense = DenseGrid::from_fn(lo, IVec3::splat(44), at);
+        let values: Vec<f32> = (0..512).map(|i| at(leaf + IVec3::new(i >> 6, i >> 3 & 7, i & 7))).collect();
+        let mut voxels = SparseVoxels { leaves: vec![(leaf.to_array(), &values)], ..Default::default() };
+        voxels.tiles.push((tile.to_array(), 128, value));
+        if far {
+            // One distant voxel makes the table a tree.
+            voxels.tiles.push(([1 << 20, 0, 0], 8, 1.0));
+        }
+        let (grid, report) = BrickGrid::build(&voxels);
+        prop_assert_eq!(report.is_sparse, far);
+        assert_same(&dense, &grid, lo.as_vec3a() + 4.0, lo.as_vec3a() + 39.0, seed);
+    }
+}
+
+#[test]
+fn bad_values_are_counted_and_read_as_zero() {
+    let mut values = vec![0.5f32; 512];
+    (values[0], values[1], values[2], values[3], values[4]) =
+        (f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 1e30);
+    let voxels = SparseVoxels {
+        leaves: vec![([0, 0, 0], &values), ([4, 0, 0], &values), ([8, 0, 0], &values[..100])],
+        tiles: vec![([16, 0, 0], 8, f32::NAN), ([16, 0, 0], 7, 1.0), ([i32::MAX - 7, 0, 0], 8, 1.0)],
+        background: 0.25,
+    };
+    let (grid, report) = BrickGrid::build(&voxels);
+    assert_eq!((report.nan_count, report.inf_count, report.negative_count, report.huge_count), (2, 2, 1, 1));
+    assert_eq!(report.dropped_count, 4);
+    assert!(report.nonzero_background);
+    assert_eq!(grid.density(Vec3A::ZERO), 0.0);
+    assert_eq!(grid.density(Vec3A::new(0.0, 0.0, 3.0)), 0.0);
+    assert_eq!(grid.density(Vec3A::new(0.0, 0.0, 4.0)), MAX_DENSITY);
+    assert_eq!(grid.density(Vec3A::new(3.0, 3.0, 3.0)), 0.5);
+    assert_eq!(grid.density(Vec3A::NAN), 0.0);
+    assert_eq!(grid.density(Vec3A::splat(f32::INFINITY)), 0.0);
+}
+
+#[test]
+fn empty_grids_have_no_box() {
+    let zeros = vec![0f32; 512];
+    let voxels = SparseVoxels { leaves: vec![([0, 0, 0], &zeros)], ..Default::default() };
+    for voxels in [SparseVoxels::default(), voxels] {
+        let (grid, _) = BrickGrid::build(&voxels);
+        assert!(grid.is_empty() && grid.bounds().is_none());
+        assert_eq!(grid.density(Vec3A::ZERO), 0.0);
+        assert_eq!(grid.max_density(), 0.0);
+        assert_eq!(grid.memory_bytes(), 0);
+    }
+}
+
+#[test]
+fn one_voxel_is_a_blob_two_voxels_wide() {
+    let mut values = vec![0f32; 512];
+    values[7 << 6 | 7 << 3 | 7] = 2.0;
+    let voxels = SparseVoxels { leaves: vec![([-8, -8, -8], &values)], ..Default::default() };
+    let grid = BrickGrid::build(&voxels).0;
+    assert_eq!(grid.bounds(), Some([Vec3A::splat(-2.0), Vec3A::splat(0.0)]));
+    assert_eq!(grid.density(Vec3A::splat(-1.0)), 2.0);
+    assert_eq!(grid.density(Vec3A::new(-0.5, -1.0, -1.0)), 1.0);
+    assert_eq!(grid.density(Vec3A::new(-0.5, -0.5, -1.5)), 0.25);
+    assert_eq!(grid.density(Vec3A::new(0.0, -1.0, -1.0)), 0.0);
+}
+
+#[test]
+fn a_span_of_a_billion_voxels_costs_what_its_voxels_cost() {
+    let mut values = vec![0f32; 512];
+    values[100] = 1.0;
+    let origin = |i: i32| [(i * 1_000_000) & !7, (i * 777_777 - 400_000_000) & !7, (i * i * 900) & !7];
+    let leaves = (0..1000).map(|i| (origin(i), &values[..])).collect();
+    let (grid, report) = BrickGrid::build(&SparseVoxels { leaves, ..Default::default() });
+    assert!(report.is_sparse);
+    // 1000 bricks of 2 KiB plus their nodes.
+    assert!(grid.memory_bytes() < 4 << 20, "{} bytes", grid.memory_bytes());
+    let o = IVec3::from_array(origin(500));
+    let p = (o + IVec3::new(100 >> 6, 100 >> 3 & 7, 100 & 7)).as_vec3a();
+    assert!(grid.density(p) >= 0.0 && grid.max_density() == 1.0);
+}
+
+#[test]
+fn uniform_bricks_take_no_pool() {
+    let values = vec![0.7f32; 512];
+    let leaves = (0..64).map(|i| ([i * 8, 0, 0], &values[..])).collect();
+    let (grid, report) = BrickGrid::build(&SparseVoxels { leaves, ..Default::default() });
+    assert_eq!(report.brick_count, 0);
+    assert!(grid.memory_bytes() < 64 * 1024);
+    assert_eq!(grid.density(Vec3A::new(100.3, 3.0, 4.2)), 0.7);
+}

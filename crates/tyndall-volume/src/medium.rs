@@ -1,0 +1,117 @@
+//! What a medium is: coefficients, phase function, optional density.
+
+use crate::{BrickGrid, Phase};
+use glam::{Affine3A, BVec3A, Vec3A};
+use std::sync::Arc;
+use tyndall_math::{Ray, Rgb};
+
+/// Coefficients above this (per stage unit) are cut: sums and products stay finite.
+const MAX_COEFFICIENT: f32 = 1e20;
+
+/// A density read from a grid.
+#[derive(Debug, Clone)]
+pub struct GridDensity {
+    /// The voxels.
+    pub grid: Arc<BrickGrid>,
+    /// Maps world points to index coordinates, where voxel centres are integers. Any affine map.
+    pub index_from_world: Affine3A,
+}
+
+/// A participating medium. Media that overlap add.
+///
+/// Negative, NaN and denormal coefficients read as zero.
+#[derive(Debug, Clone)]
+pub struct Medium {
+    /// Absorption coefficient at density 1, per stage unit.
+    pub sigma_a: Rgb,
+    /// Scattering coefficient at density 1, per stage unit.
+    pub sigma_s: Rgb,
+    /// Emitted radiance per stage unit at density 1.
+    pub emission: Rgb,
+    /// Where scattered light goes.
+    pub phase: Phase,
+    /// Multiplies all three coefficients; `None` is density 1 everywhere.
+    pub density: Option<GridDensity>,
+}
+
+impl Medium {
+    /// The coefficients at density 1, made fit for arithmetic.
+    #[inline]
+    pub fn coefficients(&self) -> Coefficients {
+        let sigma_s = usable(self.sigma_s);
+        Coefficients { sigma_t: usable(self.sigma_a) + sigma_s, sigma_s, emission: usable(self.emission) }
+    }
+}
+
+/// Zero for NaN, negative and denormal channels; cut at [`MAX_COEFFICIENT`].
+#[inline]
+fn usable(c: Rgb) -> Rgb {
+    let normal = c.cmpge(Vec3A::splat(f32::MIN_POSITIVE));
+    Rgb::select(normal, c.min(Vec3A::splat(MAX_COEFFICIENT)), Rgb::ZERO)
+}
+
+/// An interval of a ray inside a medium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Where it begins, in units of the ray's direction.
+    pub t0: f32,
+    /// Where it ends; `f32::INFINITY` for an unbounded medium.
+    pub t1: f32,
+    /// Index into the list of media.
+    pub medium: u32,
+}
+
+impl Span {
+    /// The part on the ray, if not empty.
+    #[inline]
+    pub(crate) fn clipped(&self, ray: &Ray) -> Option<[f32; 2]> {
+        let (t0, t1) = (self.t0.max(0.0), self.t1.min(ray.t_max));
+        (t0 < t1).then_some([t0, t1])
+    }
+}
+
+/// The sums of all media at a point.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Coefficients {
+    /// Extinction, absorption plus scattering, per stage unit.
+    pub sigma_t: Rgb,
+    /// Scattering, per stage unit.
+    pub sigma_s: Rgb,
+    /// Emitted radiance per stage unit.
+    pub emission: Rgb,
+}
+
+impl Coefficients {
+    /// Adds `density` times `other`.
+    #[inline]
+    pub(crate) fn add_scaled(&mut self, other: &Coefficients, density: f32) {
+        self.sigma_t += other.sigma_t * density;
+        self.sigma_s += other.sigma_s * density;
+        self.emission += other.emission * density;
+    }
+
+    /// Nothing to see here.
+    #[inline]
+    pub fn is_zero(&self) -> bool {
+        self.sigma_t == Rgb::ZERO && self.emission == Rgb::ZERO
+    }
+
+    /// Extinction is the same in all channels.
+    #[inline]
+    pub fn is_achromatic(&self) -> bool {
+        self.sigma_t == Rgb::splat(self.sigma_t.x)
+    }
+
+    /// Something scatters.
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        self.sigma_s != Rgb::ZERO
+    }
+
+    /// sigma_s / sigma_t per channel, 0 where nothing is there.
+    #[inline]
+    pub fn albedo(&self) -> Rgb {
+        let any: BVec3A = self.sigma_t.cmpgt(Rgb::ZERO);
+        Rgb::select(any, self.sigma_s / Rgb::select(any, self.sigma_t, Rgb::ONE), Rgb::ZERO)
+    }
+}

@@ -1,0 +1,199 @@
+//! Null-collision tracking through any mixture of grids and homogeneous media.
+//!
+//! One scalar majorant σ̄ (the largest channel's) drives the candidates; the probability of a real collision is the mean
+//! of σ_t,c / σ̄ over the channels, weighted by what each still carries; the channels' weights absorb the rest:
+//! null w_c *= (1 - σ_t,c/σ̄) / (1 - p), real w_c *= (σ_s,c/σ̄) / p. Unbiased for any p in (0, 1), and for σ̄ < σ_t too,
+//! where weights turn negative.
+
+use super::closed_form::{attenuation, mean_free_integral};
+use super::segment::{Cell, Segment};
+use super::{Event, LONG_WALK, Walk, WalkStats, survives_length};
+use crate::medium::Coefficients;
+use glam::Vec3A;
+use std::ops::ControlFlow;
+use tyndall_math::Rgb;
+use tyndall_math::random::Pcg;
+
+/// Real-collision probability where the majorant is violated: both branches must stay possible.
+const P_VIOLATED: f32 = 0.75;
+/// A channel that carries this much less than the best one must survive a roulette.
+const FAINT_CHANNEL: f32 = 1e-3;
+/// A walk that only absorbs must survive a roulette below this weight.
+const FAINT_WALK: f32 = 0.05;
+
+/// A point of the majorant's Poisson process.
+#[derive(Debug, Clone, Copy)]
+pub struct Candidate {
+    /// Where.
+    pub t: f32,
+    /// The rate of candidates there, per unit of `t`: at least the largest channel's σ_t.
+    pub sigma_bar: f32,
+    /// The media there.
+    pub coefficients: Coefficients,
+    /// Some medium there scatters.
+    pub scatters: bool,
+    /// Grids contribute: emission at the candidate counts. Otherwise [`Segment::for_each_candidate`]'s caller gets
+    /// it per cell in closed form.
+    pub has_grid: bool,
+}
+
+impl Segment<'_> {
+    /// Calls `visit` for the candidates of the majorant's Poisson process, front to back, until it breaks.
+    ///
+    /// `scale` multiplies the majorant (1 = as it is). `live` says before each step which channels matter: the
+    /// majorant bounds those only. Cells without grids call `enter` first, which may break, and consume the whole cell
+    /// itself by returning `Continue(true)`. This is the stream guided samplers build their reservoirs from.
+    pub fn for_each_candidate<S, B>(
+        &mut self,
+        scale: f32,
+        state: &mut S,
+        rng: &mut Pcg,
+        stats: &mut WalkStats,
+        mut enter: impl FnMut(&mut S, &Cell) -> ControlFlow<B, bool>,
+        live: impl Fn(&S) -> Vec3A,
+        mut visit: impl FnMut(&mut S, &mut Self, &Candidate, &mut Pcg) -> ControlFlow<B>,
+    ) -> Option<B> {
+        let mut remaining = f64::from(rng.next_exponential());
+        while let Some(cell) = self.next_cell() {
+            match enter(state, &cell) {
+                ControlFlow::Break(result) => return Some(result),
+                ControlFlow::Continue(true) => continue,
+                ControlFlow::Continue(false) => {}
+            }
+            // Distances inside the cell in f64: steps of 1e-12 must add up.
+            let (length, mut s) = (f64::from(cell.t1) - f64::from(cell.t0), 0f64);
+            loop {
+                let sigma_bar = (cell.sigma_bar * live(state)).max_element().max(cell.emission_rate) * scale;
+                if sigma_bar <= 0.0 {
+                    break;
+                }
+                let step = remaining / f64::from(sigma_bar);
+                if s + step >= length {
+                    remaining -= (length - s) * f64::from(sigma_bar);
+                    break;
+                }
+                s += step;
+                remaining = f64::from(rng.next_exponential());
+                let t = ((f64::from(cell.t0) + s) as f32).min(cell.t1);
+                let coefficients = self.coefficients_at(&cell, t);
+                stats.candidates += 1;
+                stats.lookups += u64::from(cell.n_grids);
+                let has_grid = cell.n_grids > 0;
+                let candidate = Candidate { t, sigma_bar, coefficients, scatters: cell.scatters, has_grid };
+                if let ControlFlow::Break(result) = visit(state, self, &candidate, rng) {
+                    return Some(result);
+                }
+            }
+        }
+        None
+    }
+}
+
+/// What the tracker carries.
+struct State {
+    /// Weights of the channels, and the shares of the path's throughput they are applied to.
+    w: Rgb,
+    channels: Vec3A,
+    emission: Rgb,
+    n: u32,
+    violations: u32,
+}
+
+impl State {
+    /// What each channel carries, relative to the strongest.
+    fn carried(&self) -> Vec3A {
+        let carried = (self.w * self.channels).abs();
+        carried / carried.max_element()
+    }
+
+    /// 1 for channels that carry anything.
+    fn live(&self) -> Vec3A {
+        Vec3A::select((self.w * self.channels).cmpne(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO)
+    }
+
+    /// Ends channels and walks that carry next to nothing, without bias.
+    fn roulette(&mut self, absorbs_only: bool, rng: &mut Pcg) -> bool {
+        let carried = self.carried();
+        for c in 0..3 {
+            if carried[c] > 0.0 && carried[c] < FAINT_CHANNEL {
+                self.w[c] *= if rng.next_u32() & 1 == 0 { 2.0 } else { 0.0 };
+            }
+        }
+        self.n += 1;
+        if self.n.is_multiple_of(LONG_WALK) || (absorbs_only && self.w.abs().max_element() < FAINT_WALK) {
+            self.w *= if survives_length(rng) { 2.0 } else { 0.0 };
+        }
+        self.w * self.channels != Rgb::ZERO
+    }
+}
+
+/// Samples a collision; `channels` are the shares of the throughput.
+pub(super) fn sample(
+    segment: &mut Segment<'_>,
+    channels: Vec3A,
+    scale: f32,
+    rng: &mut Pcg,
+    stats: &mut WalkStats,
+) -> Walk {
+    let mut state = State { w: Rgb::ONE, channels, emission: Rgb::ZERO, n: 0, violations: 0 };
+    let ended =
+        segment.for_each_candidate(scale, &mut state, rng, stats, enter, State::live, |state, segment, it, rng| {
+            collide(state, segment, it, rng)
+        });
+    stats.majorant_violations += u64::from(state.violations);
+    let (event, weight) = ended.unwrap_or((Event::Pass, state.w));
+    Walk { event, weight, emission: state.emission, majorant_violations: state.violations }
+}
+
+/// Closed forms for what a cell without grids emits, and absorbs where nothing scatters.
+fn enter(state: &mut State, cell: &Cell) -> ControlFlow<(Event, Rgb), bool> {
+    if cell.n_grids > 0 {
+        return ControlFlow::Continue(false);
+    }
+    let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
+    if c.emission != Rgb::ZERO {
+        state.emission += state.w * c.emission * mean_free_integral(c.sigma_t, dt);
+    }
+    if !cell.scatters {
+        state.w *= attenuation(c.sigma_t, dt);
+        if state.live() == Vec3A::ZERO {
+            return ControlFlow::Break((Event::Pass, Rgb::ZERO));
+        }
+    }
+    ControlFlow::Continue(!cell.scatters)
+}
+
+fn collide(
+    state: &mut State,
+    segment: &mut Segment<'_>,
+    candidate: &Candidate,
+    rng: &mut Pcg,
+) -> ControlFlow<(Event, Rgb)> {
+    let c = &candidate.coefficients;
+    let per_bar = candidate.sigma_bar.recip();
+    if candidate.has_grid {
+        state.emission += state.w * c.emission * per_bar;
+    }
+    let (real, live) = (c.sigma_t * per_bar, state.live());
+    let is_violated = (real * live).max_element() > 1.0 + 4.0 * f32::EPSILON;
+    state.violations += u32::from(is_violated);
+
+    // Probability that the collision is real: the mean over what the channels carry; never where nothing scatters.
+    let carried = state.carried();
+    let mean = (real * carried).dot(Vec3A::ONE) / carried.dot(Vec3A::ONE);
+    let p = match (c.scatters(), is_violated) {
+        (false, _) => 0.0,
+        (true, false) => mean.min(1.0),
+        (true, true) => P_VIOLATED,
+    };
+    if rng.next_f32() < p {
+        let (phase, sigma_s) = segment.scatter(carried, rng);
+        let weight = state.w * (sigma_s * (per_bar / p));
+        return ControlFlow::Break((Event::Scatter { t: candidate.t, phase }, weight));
+    }
+    state.w *= live * (Rgb::ONE - real) / (1.0 - p);
+    if !state.roulette(!candidate.scatters, rng) {
+        return ControlFlow::Break((Event::Pass, Rgb::ZERO));
+    }
+    ControlFlow::Continue(())
+}

@@ -1,0 +1,20 @@
+"""USD front end of Tyndall: a stage is walked once and described to the render delegate, prim by prim.
+
+Examples
+--------
+>>> import tyndall, tyndall_usd
+>>> stage = tyndall_usd.open_stage("shot.usda")
+>>> delegate = tyndall.RenderDelegate()
+>>> index = tyndall_usd.SceneIndex(stage, delegate)
+>>> index.sync(tyndall_usd.first_time(stage))
+>>> scene = delegate.commit()
+"""
+
+from __future__ import annotations
+
+from tyndall_usd.messages import Messages
+from tyndall_usd.scene_index import SceneIndex
+from tyndall_usd.stage import first_time, open_stage
+
+__version__ = "0.1.0"
+__all__ = ["Messages", "SceneIndex", "first_time", "open_stage"]

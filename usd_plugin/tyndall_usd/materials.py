@@ -1,0 +1,69 @@
+"""The materials of a stage at the delegate: each translated once, on first use."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tyndall_usd.read.material import display_color_material, primvar_names, read_material
+
+if TYPE_CHECKING:
+    from pxr import Usd, UsdShade
+    from tyndall.prims import Material
+
+    from tyndall_usd.assets import Assets
+    from tyndall_usd.messages import Messages
+
+#: Paths of the looks that no prim of the stage describes.
+DISPLAY_COLOR = "/__tyndall/displayColor"
+DISPLAY_COLOR_OPACITY = "/__tyndall/displayColorOpacity"
+
+
+class MaterialLibrary:
+    """Translated materials by delegate path."""
+
+    __slots__ = ("_assets", "_messages", "_paths", "_time", "materials")
+
+    def __init__(self, time: Usd.TimeCode, *, assets: Assets, messages: Messages) -> None:
+        self._time = time
+        self._assets = assets
+        self._messages = messages
+        self._paths: dict[str, str | None] = {}
+        self.materials: dict[str, Material] = {}
+
+    def for_gprim(self, material: UsdShade.Material, *, has_opacity: bool = False) -> str:
+        """Return the path of the look of a surface; that of displayColor if `material` is none or not usable."""
+        path = self._path(material)
+        if path is None:
+            path = DISPLAY_COLOR_OPACITY if has_opacity else DISPLAY_COLOR
+            if path not in self.materials:
+                self.materials[path] = display_color_material(opacity=has_opacity)
+        return path
+
+    def for_volume(self, material: UsdShade.Material, *, volume_path: object) -> str | None:
+        """Return the path of the medium of a Volume; ``None`` is the delegate's default medium."""
+        path = self._path(material)
+        if path is None or self.materials[path].volume is None:
+            why = f"the bound material <{material.GetPath()}> has no usable volume" if material else "no material is bound"
+            self._messages.warning(
+                volume_path, why, "extinction is the density with a grey albedo; bind a material with outputs:volume"
+            )
+            return None
+        return path
+
+    def primvars(self, path: str) -> set[str]:
+        """Return the names of the primvars that the material at `path` reads."""
+        return primvar_names(self.materials[path])
+
+    def _path(self, material: UsdShade.Material) -> str | None:
+        if not material:
+            return None
+        prim = material.GetPrim()
+        source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
+        key = str(source.GetPath())
+        if key not in self._paths:
+            translated = read_material(material, self._time, assets=self._assets, messages=self._messages)
+            path = str(prim.GetPath())
+            self._paths[key] = None if translated is None else path
+            if translated is not None:
+                self.materials[path] = translated
+        return self._paths[key]

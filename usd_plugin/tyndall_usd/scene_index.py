@@ -1,0 +1,225 @@
+"""A stage at the render delegate: read, compared with what is there, and synced where it differs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+from pxr import UsdGeom, UsdShade
+from tyndall.delegate import DirtyBits
+from tyndall.prims import Camera, Instancer, Prim
+
+from tyndall_usd.assets import Assets
+from tyndall_usd.dirty import dirty_bits
+from tyndall_usd.materials import MaterialLibrary
+from tyndall_usd.messages import Messages
+from tyndall_usd.read.light import read_light
+from tyndall_usd.read.mesh import face_count, material_subsets, read_mesh, read_subset
+from tyndall_usd.read.shape import read_shape
+from tyndall_usd.read.volume import read_volume
+from tyndall_usd.read.xform import to_matrix, world_matrix
+from tyndall_usd.skeleton import SkeletonBaker
+from tyndall_usd.traversal import Drawable, Group, Traversal
+
+if TYPE_CHECKING:
+    from collections import Counter
+    from collections.abc import Collection
+
+    from pxr import Usd
+    from tyndall.delegate import Severity
+    from tyndall.prims import Matrix, Subset
+
+    from tyndall_usd.read.context import ReadContext
+
+DEFAULT_PURPOSES = ("default", "render")
+#: Always read, since tangents for normal maps come from it.
+_TEXTURE_COORDINATES = "st"
+#: A light inside a prototype is synced once an instance; more than these are not.
+_MAX_LIGHT_INSTANCES = 100_000
+
+
+class Delegate(Protocol):
+    """The part of `tyndall.RenderDelegate` that translation needs."""
+
+    def sync(self, path: str, prim: Prim, dirty_bits: DirtyBits = DirtyBits.ALL) -> None:
+        """Set the prim at `path`."""
+
+    def remove(self, path: str) -> bool:
+        """Remove the prim at `path`."""
+
+    def report(self, severity: Severity, path: str, what: str, action: str = "") -> None:
+        """Add a message."""
+
+
+class SceneIndex:
+    """Keeps a delegate equal to a stage at one time.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    delegate : RenderDelegate
+    purposes : collection of str
+        What is drawn, by UsdGeomImageable's purpose.
+    material_purpose : str
+        Purpose of the material bindings; bindings without a purpose are the fallback.
+    """
+
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        delegate: Delegate,
+        *,
+        purposes: Collection[str] = DEFAULT_PURPOSES,
+        material_purpose: str = "full",
+    ) -> None:
+        self._stage = stage
+        self._delegate = delegate
+        self._purposes = purposes
+        self._material_purpose = material_purpose
+        self._assets = Assets()
+        self._skeletons = SkeletonBaker(stage)
+        self._synced: dict[str, Prim] = {}
+        self.messages = Messages()
+        self.type_counts: Counter[str]
+
+    def sync(self, time: Usd.TimeCode, *, camera: tuple[str, Camera] | None = None) -> int:
+        """Bring the delegate to `time`; return how many prims changed.
+
+        Parameters
+        ----------
+        camera : tuple of path and Camera, or None
+            The camera to render through, already conformed to the image.
+        """
+        self.messages = Messages()
+        self._skeletons.bake(time, self.messages)
+        prims = _Reading(self._stage, time, self._purposes, self._material_purpose, self._assets, self.messages)
+        self.type_counts = prims.traversal.type_counts
+        if camera is not None:
+            prims.prims[camera[0]] = camera[1]
+        changed = self._send(prims.prims)
+        self.messages.send(self._delegate)
+        return changed
+
+    def _send(self, prims: dict[str, Prim]) -> int:
+        changed = 0
+        for path in self._synced.keys() - prims.keys():
+            self._delegate.remove(path)
+            changed += 1
+        for path, prim in prims.items():
+            old = self._synced.get(path)
+            bits = DirtyBits.ALL if old is None else dirty_bits(old, prim)
+            if bits:
+                self._delegate.sync(path, prim, bits)
+                changed += 1
+        self._synced = prims
+        return changed
+
+
+class _Reading:
+    """One reading of the stage: `prims` by delegate path."""
+
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        purposes: Collection[str],
+        material_purpose: str,
+        assets: Assets,
+        messages: Messages,
+    ) -> None:
+        self.prims: dict[str, Prim] = {}
+        self.traversal = Traversal(
+            stage, time, purposes=purposes, material_purpose=material_purpose, assets=assets, messages=messages
+        )
+        self._messages = messages
+        self._material_purpose = material_purpose
+        self._library = MaterialLibrary(time, assets=assets, messages=messages)
+        self._read_all(None, self.traversal.drawables)
+        for group in self.traversal.groups.values():
+            transforms, parent = group.instances()
+            self.prims[group.instancer_path] = Instancer(transforms=transforms, parent=parent)
+            self._read_all(group, group.drawables)
+        self.prims.update(self._library.materials)
+
+    def _read_all(self, group: Group | None, drawables: list[Drawable]) -> None:
+        lights = [d for d in drawables if d.family == "light"]
+        others = [d for d in drawables if d.family != "light"]
+        materials = self._bound([d.prim for d in others])
+        for drawable, material in zip(others, materials, strict=True):
+            self._read_drawable(group, drawable, material)
+        for drawable in lights:
+            self._read_light(group, drawable)
+
+    def _bound(self, prims: list[Usd.Prim]) -> list[UsdShade.Material]:
+        """Return the materials bound to `prims`, computed together since they share ancestors and collections."""
+        if not prims:
+            return []
+        materials, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(prims, self._material_purpose)
+        return list(materials)
+
+    def _read_drawable(self, group: Group | None, drawable: Drawable, material: UsdShade.Material) -> None:
+        prim, path = drawable.prim, str(drawable.prim.GetPath()) + (group.suffix if group else "")
+        ctx = self.traversal.context(
+            drawable.matrix,
+            instancer=None if group is None else group.instancer_path,
+            inherited_primvars=drawable.inherited_primvars,
+        )
+        if drawable.family == "volume":
+            self._read_volume(group, prim, path, ctx, material)
+            return
+        look = self._library.for_gprim(material, has_opacity=_has_opacity(prim))
+        wanted = {_TEXTURE_COORDINATES} | self._library.primvars(look)
+        if drawable.family == "shape":
+            self.prims[path] = read_shape(prim, ctx, material=look, primvars=wanted)
+            return
+        subsets = self._read_subsets(prim, ctx, wanted)
+        mesh = read_mesh(prim, ctx, material=look, subsets=subsets, primvars=wanted)
+        if mesh is not None:
+            self.prims[path] = mesh
+
+    def _read_subsets(self, mesh: Usd.Prim, ctx: ReadContext, wanted: set[str]) -> list[Subset]:
+        """Read the material subsets of `mesh`; adds the primvars of their materials to `wanted`."""
+        prims = material_subsets(mesh)
+        subsets = []
+        for prim, material in zip(prims, self._bound(prims), strict=True):
+            look = self._library.for_gprim(material)
+            subset = read_subset(prim, ctx, n_faces=face_count(mesh, ctx.time), material=look)
+            if subset is not None:
+                wanted |= self._library.primvars(look)
+                subsets.append(subset)
+        return subsets
+
+    def _read_volume(
+        self, group: Group | None, prim: Usd.Prim, path: str, ctx: ReadContext, material: UsdShade.Material
+    ) -> None:
+        def place_field(name: str, target: Usd.Prim) -> tuple[str, Matrix]:
+            matrix = self.traversal.matrix_in_group(target, group)
+            if matrix is not None:
+                return str(target.GetPath()), to_matrix(matrix)
+            return f"{path}.field:{name}", to_matrix(world_matrix(target, ctx.time))
+
+        look = self._library.for_volume(material, volume_path=path)
+        volume, fields = read_volume(prim, ctx, material=look, place_field=place_field)
+        self.prims.update(fields)
+        if volume is not None:
+            self.prims[path] = volume
+
+    def _read_light(self, group: Group | None, drawable: Drawable) -> None:
+        path = str(drawable.prim.GetPath())
+        placements = np.eye(4)[None] if group is None else group.placements()
+        if len(placements) > _MAX_LIGHT_INSTANCES:
+            self._messages.error(
+                path, f"the light is instanced {len(placements)} times", f"only {_MAX_LIGHT_INSTANCES} shine"
+            )
+            placements = placements[:_MAX_LIGHT_INSTANCES]
+        light = read_light(drawable.prim, self.traversal.context(drawable.matrix))
+        if group is None:
+            self.prims[path] = light
+            return
+        for i, placement in enumerate(placements):
+            self.prims[f"{path}[{i}]"] = replace(light, world_from_light=placement @ light.world_from_light)
+
+
+def _has_opacity(prim: Usd.Prim) -> bool:
+    return bool(UsdGeom.Gprim(prim).GetDisplayOpacityAttr().HasAuthoredValue())

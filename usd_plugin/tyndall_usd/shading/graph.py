@@ -1,0 +1,78 @@
+"""The shading graph while it is built."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeAlias
+
+from tyndall.prims import Node, NodeInput, NodeRef
+
+Vector: TypeAlias = tuple[float, float, float]
+
+
+class Graph:
+    """Nodes in order, inputs before their users."""
+
+    __slots__ = ("nodes",)
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+
+    def add(self, kind: str, /, **inputs: NodeInput | None) -> NodeRef:
+        """Append a node; inputs that are ``None`` keep the kind's default."""
+        self.nodes.append(Node(kind, {name: value for name, value in inputs.items() if value is not None}))
+        return NodeRef(len(self.nodes) - 1)
+
+    def node(self, ref: NodeRef) -> Node:
+        """Return the node `ref` points to."""
+        return self.nodes[ref.index]
+
+    def combine(self, kind: str, a: NodeInput, b: NodeInput) -> NodeInput:
+        """Return ``a * b`` (`kind` "multiply"), ``a + b`` ("add") or ``a - b`` ("subtract"); constants are folded."""
+        if isinstance(a, (NodeRef, str)) or isinstance(b, (NodeRef, str)):
+            if kind == "multiply" and is_one(a):
+                return b
+            if kind == "multiply" and is_one(b):
+                return a
+            return self.add(kind, in1=a, in2=b)
+        if isinstance(a, float) and isinstance(b, float):
+            return _fold(kind, a, b)
+        (ax, ay, az), (bx, by, bz) = to_vector(a), to_vector(b)
+        return _fold(kind, ax, bx), _fold(kind, ay, by), _fold(kind, az, bz)
+
+
+def _fold(kind: str, a: float, b: float) -> float:
+    return {"multiply": a * b, "add": a + b, "subtract": a - b}[kind]
+
+
+def to_vector(value: float | Vector) -> Vector:
+    """Return a number as a grey vector, a vector as it is."""
+    return (value, value, value) if isinstance(value, float) else value
+
+
+def is_one(value: NodeInput) -> bool:
+    """Return whether `value` is the constant 1."""
+    return value in (1.0, (1.0, 1.0, 1.0))
+
+
+def compact(nodes: Sequence[Node], roots: Sequence[int]) -> tuple[list[Node], dict[int, int]]:
+    """Return the nodes that `roots` need, and their new index by the old one."""
+    needed: set[int] = set()
+    pending = list(roots)
+    while pending:
+        index = pending.pop()
+        if index not in needed:
+            needed.add(index)
+            pending += [value.index for value in nodes[index].inputs.values() if isinstance(value, NodeRef)]
+    new_index = {old: new for new, old in enumerate(sorted(needed))}
+    kept = [
+        Node(
+            nodes[old].kind,
+            {
+                name: NodeRef(new_index[value.index]) if isinstance(value, NodeRef) else value
+                for name, value in nodes[old].inputs.items()
+            },
+        )
+        for old in sorted(needed)
+    ]
+    return kept, new_index

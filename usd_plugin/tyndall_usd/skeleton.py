@@ -1,0 +1,36 @@
+"""Skinned meshes: UsdSkel bakes them for one time into a layer of the session."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pxr import Gf, Sdf, Usd, UsdSkel
+
+if TYPE_CHECKING:
+    from tyndall_usd.messages import Messages
+
+
+class SkeletonBaker:
+    """Keeps one layer with the skinned points of the current time."""
+
+    __slots__ = ("_layer", "_roots", "_stage")
+
+    def __init__(self, stage: Usd.Stage) -> None:
+        self._stage = stage
+        self._layer: Sdf.Layer | None = None
+        self._roots = [prim.GetPath() for prim in stage.Traverse() if prim.GetTypeName() == "SkelRoot"]
+
+    def bake(self, time: Usd.TimeCode, messages: Messages) -> None:
+        """Write the points of all skinned meshes at `time`; what was baked before is dropped."""
+        if not self._roots:
+            return
+        if self._layer is None:
+            self._layer = Sdf.Layer.CreateAnonymous("skinned")
+            self._stage.GetSessionLayer().subLayerPaths.append(self._layer.identifier)
+        self._layer.Clear()
+        at = time.GetValue() if time.IsNumeric() and not time.IsEarliestTime() else self._stage.GetStartTimeCode()
+        with Usd.EditContext(self._stage, self._layer):
+            for path in self._roots:
+                root = UsdSkel.Root(self._stage.GetPrimAtPath(path))
+                if root and not UsdSkel.BakeSkinning(root, Gf.Interval(at, at)):
+                    messages.warning(path, "the skinned meshes cannot be computed", "they are drawn at rest")
