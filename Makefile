@@ -24,9 +24,8 @@ build: $(STAMPS)/usd_plugin ## compile and install; leaves the command at .venv/
 	$(BIN)/maturin develop --release --manifest-path crates/tyndall-py/Cargo.toml
 
 demo: build ## make a cloud and a stage, render them to out/demo.exr and out/demo.png
-	$(BIN)/python demo/make_assets.py --out out/demo_assets
-	$(BIN)/tyndall render out/demo_assets/demo.usda -o out/demo.exr $(DEMO_LIMITS)
-	$(BIN)/python demo/to_png.py out/demo.exr out/demo.png
+	$(BIN)/python demo/make_assets.py --out out/demo --images out
+	$(BIN)/tyndall render out/demo/demo.usda $(DEMO_LIMITS)
 
 test: lint-rust test-rust build lint-python test-python ## all that .ci/run runs
 
@@ -39,7 +38,7 @@ lint-rust: setup
 lint-python: build $(STAMPS)/test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy --strict crates/tyndall-py/python/tyndall usd_plugin/tyndall_usd
+	$(BIN)/mypy --config-file usd_plugin/pyproject.toml crates/tyndall-py/python/tyndall usd_plugin/tyndall_usd
 
 test-rust: setup
 	scripts/cargo_tests
@@ -48,7 +47,8 @@ test-python: build $(STAMPS)/test
 	$(BIN)/python -m pytest $(ARGS)
 
 bench: build $(STAMPS)/bench ## speed and error against time beside Mitsuba 3; JSON in out/bench
-	$(BIN)/python tests/bench/run.py --threads $(THREADS) $(ARGS)
+	scripts/setup_bench
+	PYTHONPATH=tests $(BIN)/python tests/bench/run.py --threads $(THREADS) $(ARGS)
 
 docs: ## API documentation in target/doc
 	cargo doc --workspace --no-deps

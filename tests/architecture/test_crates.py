@@ -1,4 +1,4 @@
-"""The house rules that a compiler does not check: who may use whom, how long a file may be, where `unsafe` is."""
+"""House rules that no compiler checks: who may use whom, how long files may be, where `unsafe` is."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import tomllib
 from pathlib import Path
 
 import pytest
-
 from support.shared import REPO
 
 CRATES = REPO / "crates"

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
-
 from support.oracles import judge, table
 from support.render import Shot
 from support.stages import StageBuilder
 
-# Twenty of the sixty rows: all of fog density, phase function and light position occur in several combinations. Rows
-# with the light 0.001 beside the ray wait for equi-angular sampling: without it their variance is 10 000 times larger.
+if TYPE_CHECKING:
+    from pathlib import Path
+
+# Twenty of the sixty rows: all of fog density, phase function and light position occur in several
+# combinations. Rows with the light 0.001 beside the ray wait for equi-angular sampling: without it their
+# variance is 10 000 times larger.
 CHOSEN = (0, 1, 2, 3, 5, 6, 8, 12, 15, 18, 20, 25, 27, 30, 32, 35, 38, 40, 45, 57)
 ROWS = [table()["airlight_point_light"]["rows"][i] for i in CHOSEN]
 
 
 def row_id(row: dict[str, Any]) -> str:
-    return "sigma{sigma_t:g}-albedo{albedo:g}-g{g:g}-light{light_along:g},{light_off:g}-to{ray_length}".format(**row)
+    return (
+        "sigma{sigma_t:g}-albedo{albedo:g}-g{g:g}-light{light_along:g},{light_off:g}-to{ray_length}".format(
+            **row
+        )
+    )
 
 
 @pytest.mark.parametrize("row", ROWS, ids=row_id)

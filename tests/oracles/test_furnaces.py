@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-
 from support.oracles import judge, table
 from support.render import Shot, tyndall
 from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 BOXES = table()["furnaces"]
 MANY = 4096  # bounces; what is lost beyond is far below the noise

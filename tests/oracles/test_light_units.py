@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-
 from support.oracles import judge
 from support.render import Shot
 from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 ALBEDO = 0.8
 UP = 2.0  # height of the lights above the card
 
 
 def rect_factor(width: float, height: float, distance: float) -> float:
-    """Return the form factor from a point to a parallel rectangle centred above it (four corner rectangles)."""
+    """Return the form factor from a point to a parallel rectangle centred above it."""
     a, b = width / 2 / distance, height / 2 / distance
     ra, rb = math.hypot(1, a), math.hypot(1, b)
     quarter = (a / ra * math.atan(b / ra) + b / rb * math.atan(a / rb)) / (2 * math.pi)
@@ -96,7 +98,10 @@ def test_irradiance_on_a_card(tmp_path: Path, case: Case, color: tuple[float, fl
     card = stage.lambert(np.multiply(ALBEDO, color))
     stage.quad((-0.1, 0, 0.1), (0.2, 0, 0), (0, 0, -0.2), card)
     add_light(stage)
-    judge(Shot(stage, tmp_path).seeds(4, spp=1024, max_bounces=1), np.multiply(ALBEDO / math.pi * irradiance, color))
+    judge(
+        Shot(stage, tmp_path).seeds(4, spp=1024, max_bounces=1),
+        np.multiply(ALBEDO / math.pi * irradiance, color),
+    )
 
 
 def test_lights_are_seen_at_their_radiance(tmp_path: Path) -> None:

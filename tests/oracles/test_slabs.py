@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
-
 from support.oracles import judge, table
 from support.render import Shot
 from support.stages import StageBuilder
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 MANY = 100_000
 WIDE = 400.0
 HALFSPACE = table()["halfspace_isotropic"]
-# Thickness that stands for infinity: ten diffusion lengths and more, so that exp(-20) of the light gets around it.
+# Thickness that stands for infinity: ten diffusion lengths and more, so that exp(-20) of the light gets
+# around it.
 DEEP = {"0.5": 40.0, "0.9": 40.0, "0.99": 80.0, "0.999": 250.0}
 ANGLES = [(1.0, 1.0), (0.5, 1.0), (1.0, 0.5), (0.2, 0.8), (0.1, 0.1)]
 
 
-def camera_above(stage: StageBuilder, mu: float, *, distance: float = 5.0, below: float | None = None) -> None:
+def camera_above(
+    stage: StageBuilder, mu: float, *, distance: float = 5.0, below: float | None = None
+) -> None:
     """Look at the middle of the layer's top (y = 0), or of its bottom (y = `below`), at cos(angle) = mu."""
     sine = math.sqrt(1 - mu * mu)
     if below is None:
@@ -64,7 +68,7 @@ def slab(row: dict[str, Any]) -> StageBuilder:
 @pytest.mark.parametrize("mu", MUS)
 @pytest.mark.parametrize("row", SLABS, ids=slab_id)
 def test_slab_flux(tmp_path: Path, row: dict[str, Any], mu: float) -> None:
-    """Sky of radiance 1 above, black below: what leaves towards mu is, by reciprocity, the flux of light from mu."""
+    """Sky of radiance 1 above, black below: by reciprocity, what leaves towards mu is the flux."""
     reflected, transmitted = (tmp_path / name for name in ("reflected", "transmitted"))
     reflected.mkdir()
     transmitted.mkdir()

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-
 from support.exr import write_rgb
 from support.oracles import judge, table
 from support.render import Shot
 from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SPHERE = table()["sphere_of_medium"]
 MANY = 4096
@@ -32,7 +33,9 @@ def test_unscattered_share(tmp_path: Path, row: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    "row", SPHERE["centre_ray_single_scattering"], ids=lambda row: f"sigma{row['sigma_t']:g}-{row['geometry']}"
+    "row",
+    SPHERE["centre_ray_single_scattering"],
+    ids=lambda row: f"sigma{row['sigma_t']:g}-{row['geometry']}",
 )
 def test_single_scattering_on_the_centre_ray(tmp_path: Path, row: dict[str, Any]) -> None:
     stage = StageBuilder()
@@ -51,8 +54,9 @@ def test_single_scattering_on_the_centre_ray(tmp_path: Path, row: dict[str, Any]
 def test_power_balance(tmp_path: Path, row: dict[str, Any], half: str) -> None:
     """The share of a beam's power that leaves into a hemisphere.
 
-    By reciprocity it is the mean radiance over the ball's disk, seen along the beam, under a sky that is 1 in that
-    hemisphere and 0 elsewhere. The camera looks down, so that the sky's halves are the halves of a lat-long image.
+    By reciprocity it is the mean radiance over the ball's disk, seen along the beam, under a sky that is 1 in
+    that hemisphere and 0 elsewhere. The camera looks down, so that the sky's halves are the halves of a
+    lat-long image.
     """
     height = 512
     sky = np.zeros((height, 8, 3), np.float32)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-
 from support.oracles import judge, table
 from support.render import Shot, tyndall
 from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 ROWS = table()["transmittance"]
 EMISSION_ROWS = table()["emission_absorption_slab"]
@@ -52,8 +53,9 @@ def test_transmittance_aov(tmp_path: Path) -> None:
 def profile_stage(folder: Path, sigmas: np.ndarray, step: float) -> Shot:
     """Look along the profile `sigmas` (samples `step` apart, linear in between) at a wall of radiance 1.
 
-    The profile is held constant beyond its ends, and camera and wall stand exactly at its first and last sample, so
-    that the interpolated density between them is the piecewise linear function through the samples.
+    The profile is held constant beyond its ends, and camera and wall stand exactly at its first and last
+    sample, so that the interpolated density between them is the piecewise linear function through the
+    samples.
     """
     margin = 4
     padded = np.pad(sigmas, margin, mode="edge").astype(np.float32)

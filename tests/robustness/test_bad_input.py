@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-
 from support import exr
 from support.cli import Run, tyndall
 from support.render import tyndall as core
 from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 DONE, FAILED, USAGE, STRICT = 0, 1, 2, 3
 
@@ -23,7 +25,9 @@ def small_stage() -> StageBuilder:
     return stage
 
 
-def render(stage: Path | StageBuilder, folder: Path, *arguments: str | int, output: Path | None = None) -> Run:
+def render(
+    stage: Path | StageBuilder, folder: Path, *arguments: str | int, output: Path | None = None
+) -> Run:
     if isinstance(stage, StageBuilder):
         stage = stage.save(folder / "stage.usda")
     options = ("--spp", 4, "--max-bounces", 8, "--progress", "none")

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from pxr import Usd
-
 from support import exr, pictures
 from support.render import Shot
 from support.shared import TESTS, shared
 from support.statistics import estimate, pixel_independence, reference_mean_error, squared_difference
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
 CALIBRATION = TESTS / "scenes" / "calib"
 # Independent seeds and samples a pixel of each.
-CALIBRATION_SAMPLES = {
-    name: (8, 256)
-    for name in ("chromatic", "depth1", "depth3", "env", "grid", "phase", "point_fog", "rect", "sphere")
-}
+CALIBRATION_SAMPLES = dict.fromkeys(
+    ("chromatic", "depth1", "depth3", "env", "grid", "phase", "point_fog", "rect", "sphere"), (8, 256)
+)
 SCENE_SAMPLES = {
     "cloud": (4, 16),
     "jungle": (4, 32),
@@ -77,8 +77,9 @@ def compare(name: str, stage: Path, reference: Reference, seeds: int, spp: int) 
     independence = pixel_independence(images)
     text = (
         f"{name}: mean/reference {np.round(found.mean / expected, 5)}, beyond the stated error by "
-        f"{np.round(excess, 2)} standard errors ({np.round(error / expected, 6)} of the mean); squared difference "
-        f"{difference.value:.2e} +- {difference.error:.1e}, limit {limit:.2e}; independence p {independence:.2g}"
+        f"{np.round(excess, 2)} standard errors of {np.round(error / expected, 6)}; "
+        f"squared difference {difference.value:.2e} +- {difference.error:.1e}, limit {limit:.2e}; "
+        f"independence p {independence:.2g}"
     )
     pictures.note(text)
     right_mean = (excess <= 3).all()

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom
-
 from support import exr
-from support.oracles import judge
-from support.render import Shot, tyndall as core
-from support.stages import StageBuilder
 from support.cli import tyndall
+from support.oracles import judge
+from support.render import Shot
+from support.render import tyndall as core
+from support.stages import StageBuilder
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
-def render(stage: StageBuilder, folder: Path, *arguments: str | int, timeout: float = 20) -> tuple[np.ndarray, str]:
+def render(
+    stage: StageBuilder, folder: Path, *arguments: str | int, timeout: float = 20
+) -> tuple[np.ndarray, str]:
     """Render through the command; return the colour and everything that was said."""
     path = stage.save(folder / "stage.usda")
     image = folder / "image.exr"
@@ -124,7 +129,7 @@ def test_rotated_sheared_grid_equals_its_furnace(tmp_path: Path) -> None:
 
 
 def test_a_sheared_grid_lets_through_what_its_shape_says(tmp_path: Path) -> None:
-    """Absorption along the axis of a constant block: exp(-sigma * depth) with the depth the transform makes of it."""
+    """Absorption through a constant block: exp(-sigma * depth), the depth being what the shear makes."""
     values = np.ones((16, 16, 16), np.float32)
     core.write_vdb(str(tmp_path / "block.vdb"), "density", values, 0.1, (-0.75, -0.75, -0.75))
     # Rows are images of the axes: z is stretched to 1.5 and leans, x and y keep the block in view.
@@ -134,7 +139,8 @@ def test_a_sheared_grid_lets_through_what_its_shape_says(tmp_path: Path) -> None
     path = stage.volume(tmp_path / "block.vdb", stage.medium(0.7, 0.0, field="density"))
     UsdGeom.Xformable(stage.stage.GetPrimAtPath(path)).AddTransformOp().Set(matrix)
     stage.dome(1.0)
-    # Along a view ray the index coordinate k runs over its whole length within i, j of constant value, with linear
-    # ramps of half a voxel's worth outside: 15 intervals of full density and two ramps whose integral is one.
+    # Along a view ray the index coordinate k runs over its whole length within i, j of constant value, with
+    # linear ramps of half a voxel's worth outside: 15 intervals of full density and two ramps whose integral
+    # is one.
     depth = 16 * 0.1 * 1.5
     judge(Shot(stage, tmp_path).seeds(8, spp=4096, max_bounces=0), np.exp(-0.7 * depth))

@@ -1,6 +1,8 @@
-"""Absurd input: every case ends in time with finite, non-negative pixels, and where the answer is known, with it.
+"""Absurd input: every case ends in time with finite, non-negative pixels, and where the answer is known, with
+it.
 
-The cases and what a trustworthy renderer does with them come with the shared data (`cases/stress/expect.json`).
+The cases and what a trustworthy renderer does with them come with the shared data
+(`cases/stress/expect.json`).
 """
 
 from __future__ import annotations
@@ -8,16 +10,17 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from pxr import Usd
-
 from support import exr
 from support.cli import Run, read_stats, tyndall
 from support.shared import shared, shared_root
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 SECONDS = 20
 SAMPLES = 64

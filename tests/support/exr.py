@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import OpenEXR
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 Image = npt.NDArray[np.float32]
 
@@ -18,8 +20,8 @@ _ORDER = "RGBAXYZ"
 def read_layers(path: Path) -> dict[str, Image]:
     """Return every layer of an EXR as an array (height, width, channels) by name.
 
-    Bare channels (R, G, B, A) are the layer `rgba`; `albedo.R` belongs to `albedo`; parts of a multi-part file count
-    as layers of their name.
+    Bare channels (R, G, B, A) are the layer `rgba`; `albedo.R` belongs to `albedo`; parts of a multi-part
+    file count as layers of their name.
     """
     grouped: dict[str, dict[str, Image]] = {}
     with OpenEXR.File(str(path), separate_channels=True) as file:

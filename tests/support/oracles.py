@@ -18,7 +18,7 @@ LARGEST_Z = 4.0
 
 @cache
 def table() -> dict[str, Any]:
-    """Return `oracles.json`: plain numbers from closed forms and quadratures (see tests/oracles/README.md)."""
+    """Return `oracles.json`: plain numbers from closed forms and quadratures."""
     data: dict[str, Any] = json.loads((TESTS / "oracles" / "oracles.json").read_text(encoding="utf-8"))
     return data
 

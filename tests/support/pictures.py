@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 from PIL import Image
 
 from support.shared import OUT
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 def _png(path: Path, rgb: npt.NDArray[np.float64]) -> None:
@@ -29,7 +32,10 @@ def save_failure(name: str, image: npt.ArrayLike, reference: npt.ArrayLike) -> P
     relative = ((image - reference) / np.sqrt(reference**2 + 0.01)).mean(axis=-1)
     warm, cold = np.clip(relative / 0.2, 0, 1), np.clip(-relative / 0.2, 0, 1)
     grey = np.full_like(relative, 0.5)
-    _png(folder / "difference.png", np.stack([grey + warm / 2, grey - (warm + cold) / 2, grey + cold / 2], axis=-1))
+    _png(
+        folder / "difference.png",
+        np.stack([grey + warm / 2, grey - (warm + cold) / 2, grey + cold / 2], axis=-1),
+    )
     np.savez_compressed(folder / "arrays.npz", image=image, reference=reference)
     return folder
 

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from pxr import Usd, UsdRender
+from pxr import UsdRender
 
 from support.stages import StageBuilder
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
 tyndall = pytest.importorskip("tyndall", reason="the binding is not built: run `make build`")
-tyndall_usd = pytest.importorskip("tyndall_usd", reason="the USD front end is not installed: run `make build`")
+tyndall_usd = pytest.importorskip(
+    "tyndall_usd", reason="the USD front end is not installed: run `make build`"
+)
 
 Images = npt.NDArray[np.float64]
 
@@ -28,25 +32,33 @@ class Shot:
         if isinstance(stage, StageBuilder):
             assert folder is not None, "a stage built in memory needs a folder"
             stage = stage.save(folder / "stage.usda")
-        opened = tyndall_usd.open_stage(str(stage))
         delegate = tyndall.RenderDelegate()
-        tyndall_usd.SceneIndex(opened, delegate).sync(tyndall_usd.first_time(opened))
+        self.settings = sync_stage(stage, delegate)
         for path, prim in (extra or {}).items():
             delegate.sync(path, prim)
         self.scene = delegate.commit()
-        self.settings = _settings(opened)
 
     def session(self, *, spp: int, seed: int = 0, max_bounces: int, threads: int = 0, **settings: Any) -> Any:
         """Return a session with the stage's camera and resolution and a box filter."""
-        wanted = {"samples": spp, "seed": seed, "maxBounces": max_bounces, "threads": threads, "filter": "box"}
+        wanted = {
+            "samples": spp,
+            "seed": seed,
+            "maxBounces": max_bounces,
+            "threads": threads,
+            "filter": "box",
+        }
         return tyndall.Session(self.scene, {**self.settings, **wanted, **settings})
 
-    def render(self, *, aovs: Sequence[str] = ("rgba",), **settings: Any) -> dict[str, npt.NDArray[np.float32]]:
+    def render(
+        self, *, aovs: Sequence[str] = ("rgba",), **settings: Any
+    ) -> dict[str, npt.NDArray[np.float32]]:
         """Return the AOVs of one render by name."""
         film = self.session(aovs=list(aovs), **settings).render()
         return {name: np.array(film.aov(name)) for name in aovs}
 
-    def seeds(self, count: int, *, spp: int, max_bounces: int, first_seed: int = 1, **settings: Any) -> Images:
+    def seeds(
+        self, count: int, *, spp: int, max_bounces: int, first_seed: int = 1, **settings: Any
+    ) -> Images:
         """Return the colour of independent renders, shape (count, height, width, 3)."""
         images = []
         for seed in range(first_seed, first_seed + count):
@@ -58,8 +70,20 @@ class Shot:
         return stacked
 
 
-def _settings(stage: Usd.Stage) -> dict[str, Any]:
-    """Return camera and resolution of the stage's render settings."""
+def sync_stage(path: Path, delegate: Any) -> dict[str, Any]:
+    """Read a stage into `delegate`; return camera and resolution of its render settings."""
+    from tyndall_usd.messages import Messages
+    from tyndall_usd.read.camera import conform_aperture, read_camera
+
+    stage = tyndall_usd.open_stage(path)
+    time = tyndall_usd.first_time(stage)
+    index = tyndall_usd.SceneIndex(stage, delegate)
+    index.sync(time)
     settings = UsdRender.Settings(stage.GetPrimAtPath(stage.GetMetadata("renderSettingsPrimPath")))
-    (camera,) = settings.GetCameraRel().GetTargets()
-    return {"camera": str(camera), "resolution": list(settings.GetResolutionAttr().Get())}
+    (camera_path,) = settings.GetCameraRel().GetTargets()
+    resolution = tuple(settings.GetResolutionAttr().Get())
+    messages = Messages()
+    camera = read_camera(stage.GetPrimAtPath(camera_path), time, messages)
+    camera, _ = conform_aperture(camera, resolution=resolution, pixel_aspect=1.0, policy="expandAperture")
+    index.sync_camera(str(camera_path), camera, messages)
+    return {"camera": str(camera_path), "resolution": list(resolution)}

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, UsdVol
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 Vector = Sequence[float]
 Color = float | Sequence[float]
@@ -32,7 +35,7 @@ def look_at(position: Vector, target: Vector, up: Vector = (0, 1, 0)) -> Gf.Matr
 
 
 class StageBuilder:
-    """A stage under construction; methods add one thing each and return its prim path where it can be referred to."""
+    """A stage under construction; each method adds one thing and returns its prim path."""
 
     def __init__(self, width: int = 8, height: int = 8, *, up_axis: str = "Y") -> None:
         self.stage = Usd.Stage.CreateInMemory()
@@ -136,7 +139,7 @@ class StageBuilder:
         emission: Color | None = None,
         field: str | None = None,
     ) -> str:
-        """Add a medium: extinction and emission per stage unit; times a density field's values if `field` is given."""
+        """Add a medium, per stage unit; extinction and emission times a density field if `field` is given."""
         path = self._path("Medium")
         material = UsdShade.Material.Define(self.stage, path)
         extinction, share = np.array(_color(sigma_t), float), np.array(_color(albedo), float)
@@ -226,7 +229,9 @@ class StageBuilder:
         self._bind(mesh.GetPrim(), material)
         return str(mesh.GetPath())
 
-    def volume(self, vdb: Path | str, material: str, *, field: str = "density", grid: str | None = None) -> str:
+    def volume(
+        self, vdb: Path | str, material: str, *, field: str = "density", grid: str | None = None
+    ) -> str:
         """Add a volume filled from a grid of an OpenVDB file."""
         volume = UsdVol.Volume.Define(self.stage, self._path("Volume"))
         asset = UsdVol.OpenVDBAsset.Define(self.stage, f"{volume.GetPath()}/{field}")
@@ -238,7 +243,9 @@ class StageBuilder:
 
     # Lights
 
-    def _light(self, light: UsdLux.LightAPI, intensity: float, color: Color, *, normalize: bool, exposure: float) -> str:
+    def _light(
+        self, light: UsdLux.LightAPI, intensity: float, color: Color, *, normalize: bool, exposure: float
+    ) -> str:
         light.CreateIntensityAttr(float(intensity))
         light.CreateColorAttr(_color(color))
         light.CreateExposureAttr(exposure)

@@ -10,7 +10,8 @@ from scipy import stats
 
 Images = npt.NDArray[np.float64]
 
-# Sums of float32 pixels: a constant image may be off by a few units in the last place without any noise to excuse it.
+# Sums of float32 pixels: a constant image may be off by a few units in the last place without any noise to
+# excuse it.
 ROUNDING = 16 * float(np.finfo(np.float32).eps)
 # The epsilon of relative squared errors; keeps black pixels from ruling the mean.
 RELATIVE_EPSILON = 0.01
@@ -28,7 +29,8 @@ class Estimate:
     def z(self, expected: npt.ArrayLike) -> npt.NDArray[np.float64]:
         """Return the deviation from `expected` in standard errors, per channel.
 
-        Rounding of float32 is added to the error in quadrature, so that renders without noise can be judged too.
+        Rounding of float32 is added to the error in quadrature, so that renders without noise can be judged
+        too.
         """
         expected = np.asarray(expected, np.float64)
         rounding = ROUNDING * np.maximum(np.abs(expected), np.abs(self.mean))
@@ -48,9 +50,9 @@ def estimate(images: npt.ArrayLike) -> Estimate:
     images : array, shape (seeds, height, width, channels)
         Independent renders of one scene.
 
-    The error comes from the variance over seeds *within* each pixel, so pixels need not agree with one another; with
-    hundreds of pixels it is known well enough to use the normal distribution. Pixels must be independent of each
-    other: `pixel_independence` tests that.
+    The error comes from the variance over seeds *within* each pixel, so pixels need not agree with one
+    another; with hundreds of pixels it is known well enough to use the normal distribution. Pixels must be
+    independent of each other: `pixel_independence` tests that.
     """
     images = np.asarray(images, np.float64)
     seeds, height, width, _ = images.shape
@@ -60,7 +62,7 @@ def estimate(images: npt.ArrayLike) -> Estimate:
 
 
 def pixel_independence(images: npt.ArrayLike) -> float:
-    """Return the p-value of seeing image means scatter this much over seeds if pixels are independent (one-sided)."""
+    """Return the p-value of image means scattering this much over seeds if pixels are independent."""
     images = np.asarray(images, np.float64)
     seeds, height, width, channels = images.shape
     within = images.var(axis=0, ddof=1).sum(axis=(0, 1)) / (height * width) ** 2
@@ -83,10 +85,10 @@ class SquaredError:
 def squared_difference(images: npt.ArrayLike, reference: npt.ArrayLike) -> SquaredError:
     """Return the relative squared difference to a reference, free of the noise of `images`.
 
-    With independent renders x_s of a pixel and the reference r, the products (x_s - r)(x_t - r), s != t, have the
-    expectation (E[x] - r)^2: noise of one render never meets itself. Divided by r^2 + 0.01 and averaged over pixels
-    and channels. The 0.1 % noisiest pixels (by variance over seeds, which does not look at the sign of the
-    difference) are left out. What remains is bias plus the error of the reference itself.
+    With independent renders x_s of a pixel and the reference r, the products (x_s - r)(x_t - r), s != t, have
+    the expectation (E[x] - r)^2: noise of one render never meets itself. Divided by r^2 + 0.01 and averaged
+    over pixels and channels. The 0.1 % noisiest pixels (by variance over seeds, which does not look at the
+    sign of the difference) are left out. What remains is bias plus the error of the reference itself.
     """
     images = np.asarray(images, np.float64)
     reference = np.asarray(reference, np.float64)
@@ -103,7 +105,7 @@ def squared_difference(images: npt.ArrayLike, reference: npt.ArrayLike) -> Squar
 
 
 def relative_mse(image: npt.ArrayLike, reference: npt.ArrayLike, reference_error: float = 0.0) -> float:
-    """Return the relative mean squared error of one render, worst 0.1 % of pixels dropped, reference noise taken off."""
+    """Return the relative mean squared error of one render, worst 0.1 % of pixels dropped."""
     image = np.asarray(image, np.float64)
     reference = np.asarray(reference, np.float64)
     per_pixel = ((image - reference) ** 2 / (reference**2 + RELATIVE_EPSILON)).mean(axis=-1).ravel()
@@ -115,8 +117,8 @@ def reference_mean_error(reference: npt.ArrayLike, relative_squared_error: float
     """Return the standard error of a reference's channel means, from its stated relative squared error.
 
     The stated figure is the mean over pixels of var_i / (r_i^2 + 0.01). If noise goes with brightness as that
-    normalisation assumes, var_i = stated * (r_i^2 + 0.01), and for independent pixels the mean over N pixels has the
-    variance sum(var_i) / N^2.
+    normalisation assumes, var_i = stated * (r_i^2 + 0.01), and for independent pixels the mean over N pixels
+    has the variance sum(var_i) / N^2.
     """
     reference = np.asarray(reference, np.float64)
     pixels = reference.shape[0] * reference.shape[1]

@@ -352,7 +352,7 @@ def add_contents(corpus: Corpus) -> None:
 def add_map_types(corpus: Corpus) -> None:
     """Write each linear map type under its own name."""
     scale = scale_numbers([0.5, 2, 4])
-    turn = [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+    turn = [0.0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
     affine = [0.5, 0.1, 0, 0, -0.2, 0.7, 0.3, 0, 0, 0.1, 0.9, 0, 11, 12, 13, 1]
     maps: dict[str, list[float]] = {
         "AffineMap": affine,

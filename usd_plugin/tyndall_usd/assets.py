@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import atexit
+import shutil
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,16 +17,19 @@ if TYPE_CHECKING:
 
 
 class Assets:
-    """Resolves asset attributes; files inside packages are unpacked to a folder that lives as long as this object."""
+    """Resolves asset attributes; files in packages are unpacked to a folder that lasts as long as the process.
+
+    The core opens files when it builds the world, which may be after the stage and its index are gone.
+    """
 
     __slots__ = ("_folder", "_unpacked")
 
     def __init__(self) -> None:
-        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._folder: Path | None = None
         self._unpacked: dict[str, str] = {}
 
     def resolve(self, attribute: Usd.Attribute, time: Usd.TimeCode, messages: Messages) -> str | None:
-        """Return the file `attribute` names at `time`; ``None``, with a message, if it names none that exists."""
+        """Return the file `attribute` names at `time`; ``None``, with a message, if it does not exist."""
         prim_path = attribute.GetPath().GetPrimPath()
         value = attribute.Get(time)
         if value is None or not value.path:
@@ -38,7 +43,9 @@ class Assets:
         if not resolved:
             wanted = _anchored(attribute, value.path)
             messages.error(
-                prim_path, f"{attribute.GetName()}: file not found: {wanted}", "check the path or copy the file"
+                prim_path,
+                f"{attribute.GetName()}: file not found: {wanted}",
+                "check the path or copy the file",
             )
             return None
         if Ar.IsPackageRelativePath(resolved):
@@ -53,11 +60,11 @@ class Assets:
             messages.error(prim_path, f"cannot read {resolved}", "check the package")
             return None
         if self._folder is None:
-            self._folder = tempfile.TemporaryDirectory(prefix="tyndall-usdz-")
+            self._folder = Path(tempfile.mkdtemp(prefix="tyndall-usdz-"))
+            atexit.register(shutil.rmtree, self._folder, ignore_errors=True)
         suffix = Path(Ar.SplitPackageRelativePathInner(resolved)[1]).name
-        target = Path(self._folder.name, f"{len(self._unpacked)}-{suffix}")
-        with asset.GetBuffer() as data:
-            target.write_bytes(data)
+        target = self._folder / f"{len(self._unpacked)}-{suffix}"
+        target.write_bytes(asset.GetBuffer())
         self._unpacked[resolved] = str(target)
         return str(target)
 

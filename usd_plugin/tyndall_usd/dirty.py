@@ -46,13 +46,15 @@ def dirty_bits(old: Prim, new: Prim) -> DirtyBits:
         return DirtyBits.ALL
     rest = _BY_TYPE.get(type(new), DirtyBits.TOPOLOGY)
     changed = (
-        _BY_NAME.get(f.name, rest) for f in fields(new) if not is_same(getattr(old, f.name), getattr(new, f.name))
+        _BY_NAME.get(f.name, rest)
+        for f in fields(new)
+        if not is_same(getattr(old, f.name), getattr(new, f.name))
     )
     return reduce(lambda bits, bit: bits | bit, changed, DirtyBits.NONE)
 
 
 def is_same(a: object, b: object) -> bool:
-    """Return whether two values of prim attributes are equal, arrays bit by bit (so that NaN equals itself)."""
+    """Return whether two values of prim attributes are equal, arrays bit by bit (NaN equals itself)."""
     if a is b:
         return True
     if type(a) is not type(b):

@@ -31,7 +31,7 @@ class MaterialLibrary:
         self.materials: dict[str, Material] = {}
 
     def for_gprim(self, material: UsdShade.Material, *, has_opacity: bool = False) -> str:
-        """Return the path of the look of a surface; that of displayColor if `material` is none or not usable."""
+        """Return the path of the look of a surface: displayColor if `material` is none or not usable."""
         path = self._path(material)
         if path is None:
             path = DISPLAY_COLOR_OPACITY if has_opacity else DISPLAY_COLOR
@@ -43,9 +43,15 @@ class MaterialLibrary:
         """Return the path of the medium of a Volume; ``None`` is the delegate's default medium."""
         path = self._path(material)
         if path is None or self.materials[path].volume is None:
-            why = f"the bound material <{material.GetPath()}> has no usable volume" if material else "no material is bound"
+            why = (
+                f"the bound material <{material.GetPath()}> has no usable volume"
+                if material
+                else "no material is bound"
+            )
             self._messages.warning(
-                volume_path, why, "extinction is the density with a grey albedo; bind a material with outputs:volume"
+                volume_path,
+                why,
+                "extinction is the density with a grey albedo; bind a material with outputs:volume",
             )
             return None
         return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,6 +15,7 @@ from tyndall_usd.assets import Assets
 from tyndall_usd.dirty import dirty_bits
 from tyndall_usd.materials import MaterialLibrary
 from tyndall_usd.messages import Messages
+from tyndall_usd.read.camera import read_camera
 from tyndall_usd.read.light import read_light
 from tyndall_usd.read.mesh import face_count, material_subsets, read_mesh, read_subset
 from tyndall_usd.read.shape import read_shape
@@ -24,7 +26,7 @@ from tyndall_usd.traversal import Drawable, Group, Traversal
 
 if TYPE_CHECKING:
     from collections import Counter
-    from collections.abc import Collection
+    from collections.abc import Collection, Iterator
 
     from pxr import Usd
     from tyndall.delegate import Severity
@@ -83,23 +85,27 @@ class SceneIndex:
         self.messages = Messages()
         self.type_counts: Counter[str]
 
-    def sync(self, time: Usd.TimeCode, *, camera: tuple[str, Camera] | None = None) -> int:
+    def sync(self, time: Usd.TimeCode) -> int:
         """Bring the delegate to `time`; return how many prims changed.
 
-        Parameters
-        ----------
-        camera : tuple of path and Camera, or None
-            The camera to render through, already conformed to the image.
+        Cameras have the apertures of the stage: fit the one that is used to the image by `sync_camera`.
         """
         self.messages = Messages()
         self._skeletons.bake(time, self.messages)
-        prims = _Reading(self._stage, time, self._purposes, self._material_purpose, self._assets, self.messages)
+        prims = _Reading(
+            self._stage, time, self._purposes, self._material_purpose, self._assets, self.messages
+        )
         self.type_counts = prims.traversal.type_counts
-        if camera is not None:
-            prims.prims[camera[0]] = camera[1]
         changed = self._send(prims.prims)
         self.messages.send(self._delegate)
         return changed
+
+    def sync_camera(self, path: str, camera: Camera, messages: Messages) -> None:
+        """Replace the camera at `path` by `camera`, which was conformed to the image to be made."""
+        self._send_one(path, camera)
+        self._synced[path] = camera
+        self.messages.extend(messages)
+        messages.send(self._delegate)
 
     def _send(self, prims: dict[str, Prim]) -> int:
         changed = 0
@@ -107,13 +113,16 @@ class SceneIndex:
             self._delegate.remove(path)
             changed += 1
         for path, prim in prims.items():
-            old = self._synced.get(path)
-            bits = DirtyBits.ALL if old is None else dirty_bits(old, prim)
-            if bits:
-                self._delegate.sync(path, prim, bits)
-                changed += 1
+            changed += self._send_one(path, prim)
         self._synced = prims
         return changed
+
+    def _send_one(self, path: str, prim: Prim) -> bool:
+        old = self._synced.get(path)
+        bits = DirtyBits.ALL if old is None else dirty_bits(old, prim)
+        if bits:
+            self._delegate.sync(path, prim, bits)
+        return bool(bits)
 
 
 class _Reading:
@@ -130,12 +139,20 @@ class _Reading:
     ) -> None:
         self.prims: dict[str, Prim] = {}
         self.traversal = Traversal(
-            stage, time, purposes=purposes, material_purpose=material_purpose, assets=assets, messages=messages
+            stage,
+            time,
+            purposes=purposes,
+            material_purpose=material_purpose,
+            assets=assets,
+            messages=messages,
         )
         self._messages = messages
         self._material_purpose = material_purpose
         self._library = MaterialLibrary(time, assets=assets, messages=messages)
         self._read_all(None, self.traversal.drawables)
+        for camera in self.traversal.cameras:
+            # Messages about a camera matter only if it is used: see `SceneIndex.sync_camera`.
+            self.prims[str(camera.GetPath())] = read_camera(camera, time, Messages())
         for group in self.traversal.groups.values():
             transforms, parent = group.instances()
             self.prims[group.instancer_path] = Instancer(transforms=transforms, parent=parent)
@@ -147,12 +164,24 @@ class _Reading:
         others = [d for d in drawables if d.family != "light"]
         materials = self._bound([d.prim for d in others])
         for drawable, material in zip(others, materials, strict=True):
-            self._read_drawable(group, drawable, material)
+            with self._reporting(drawable):
+                self._read_drawable(group, drawable, material)
         for drawable in lights:
-            self._read_light(group, drawable)
+            with self._reporting(drawable):
+                self._read_light(group, drawable)
+
+    @contextmanager
+    def _reporting(self, drawable: Drawable) -> Iterator[None]:
+        """Turn what a reader cannot use (attributes of a foreign type) into a message: the rest renders."""
+        try:
+            yield
+        except (TypeError, ValueError) as error:
+            self._messages.error(
+                drawable.prim.GetPath(), f"cannot be read: {error}", "correct its attributes"
+            )
 
     def _bound(self, prims: list[Usd.Prim]) -> list[UsdShade.Material]:
-        """Return the materials bound to `prims`, computed together since they share ancestors and collections."""
+        """Return the materials bound to `prims`, computed together since they share ancestors."""
         if not prims:
             return []
         materials, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(prims, self._material_purpose)

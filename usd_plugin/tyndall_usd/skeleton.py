@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pxr import Gf, Sdf, Usd, UsdSkel
+from pxr import Gf, Sdf, Usd
 
 if TYPE_CHECKING:
     from tyndall_usd.messages import Messages
@@ -24,11 +24,17 @@ class SkeletonBaker:
         """Write the points of all skinned meshes at `time`; what was baked before is dropped."""
         if not self._roots:
             return
+        from pxr import UsdSkel
+
         if self._layer is None:
             self._layer = Sdf.Layer.CreateAnonymous("skinned")
             self._stage.GetSessionLayer().subLayerPaths.append(self._layer.identifier)
         self._layer.Clear()
-        at = time.GetValue() if time.IsNumeric() and not time.IsEarliestTime() else self._stage.GetStartTimeCode()
+        at = (
+            time.GetValue()
+            if time.IsNumeric() and not time.IsEarliestTime()
+            else self._stage.GetStartTimeCode()
+        )
         with Usd.EditContext(self._stage, self._layer):
             for path in self._roots:
                 root = UsdSkel.Root(self._stage.GetPrimAtPath(path))

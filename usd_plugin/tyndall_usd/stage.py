@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import tyndall
 from pxr import Ar, Plug, Sdf, Tf, Usd
 
-from tyndall_usd.messages import Messages
-
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+    from tyndall_usd.messages import Messages
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 
@@ -109,11 +109,15 @@ def _select_variant(stage: Usd.Stage, selection: str) -> None:
     sets = prim.GetVariantSets()
     if set_name not in sets.GetNames():
         known = ", ".join(sets.GetNames()) or "none"
-        raise tyndall.SettingsError(f"--variant: <{prim_text}> has no variant set {set_name!r}; it has: {known}")
+        raise tyndall.SettingsError(
+            f"--variant: <{prim_text}> has no variant set {set_name!r}; it has: {known}"
+        )
     variant_set = sets.GetVariantSet(set_name)
     if name and name not in variant_set.GetVariantNames():
         known = ", ".join(variant_set.GetVariantNames())
-        raise tyndall.SettingsError(f"--variant: {set_name} of <{prim_text}> has no {name!r}; it has: {known}")
+        raise tyndall.SettingsError(
+            f"--variant: {set_name} of <{prim_text}> has no {name!r}; it has: {known}"
+        )
     with Usd.EditContext(stage, stage.GetSessionLayer()):
         variant_set.SetVariantSelection(name)
 
@@ -125,7 +129,9 @@ def _report_composition_errors(stage: Usd.Stage, messages: Messages) -> None:
         path = root.path if root is not None else ""
         if ".mtlx" in text:
             messages.warning(
-                path, f"MaterialX layer skipped: {text}", "install usd-exchange instead of usd-core to read .mtlx layers"
+                path,
+                f"MaterialX layer skipped: {text}",
+                "install usd-exchange instead of usd-core to read .mtlx layers",
             )
         else:
             messages.error(path, f"composition error: {text}", "correct the reference, payload or sublayer")

@@ -1,9 +1,10 @@
 """One walk over a stage: which gprims, volumes and lights are drawn, and by which placements.
 
-Native instances and point instancers end in the same thing, a `Group`: prims that are stored once and drawn at many
-places. A native prototype is read through the proxies of its first instance, so paths, inherited bindings and primvars
-are those of the stage. A point instancer only adds placements to the group of each of its prototype roots. Groups
-nest: the placements of a group are relative to the group (or the stage) in which they were met.
+Native instances and point instancers end in the same thing, a `Group`: prims that are stored once and drawn
+at many places. A native prototype is read through the proxies of its first instance, so paths, inherited
+bindings and primvars are those of the stage. A point instancer only adds placements to the group of each of
+its prototype roots. Groups nest: the placements of a group are relative to the group (or the stage) in which
+they were met.
 """
 
 from __future__ import annotations
@@ -142,7 +143,7 @@ class _Instance:
 
 
 class Traversal:
-    """The walk. After it, `drawables` are the prims drawn once and `groups` those drawn through instances."""
+    """The walk. After it, `drawables` and `cameras` are outside instances, `groups` in them."""
 
     def __init__(
         self,
@@ -158,6 +159,7 @@ class Traversal:
         self.time = time
         self.messages = messages
         self.drawables: list[Drawable] = []
+        self.cameras: list[Usd.Prim] = []
         self.groups: dict[object, Group] = {}
         self.type_counts: Counter[str] = Counter()
         self._purposes = frozenset(purposes)
@@ -186,10 +188,10 @@ class Traversal:
         return matrix
 
     def _look_ahead(self) -> None:
-        """Find the roots of point-instanced prototypes, wherever they are, and the primvars that shaders read.
+        """Find the roots of point-instanced prototypes, and the primvars that shaders read.
 
-        Prototypes are not drawn beside their instances; instances of one prototype that hand down different primvars
-        are different looks.
+        Prototypes are not drawn beside their instances; instances of one prototype that hand down different
+        primvars are different looks.
         """
         for prims in (self.stage.Traverse(), *(Usd.PrimRange(p) for p in self.stage.GetPrototypes())):
             for prim in prims:
@@ -233,7 +235,9 @@ class Traversal:
         skip_check = is_root_prototype
         while pending:
             visit = pending.pop()
-            is_prototype_root = not skip_check and self._prototype_roots and self._is_prototype_root(visit.prim)
+            is_prototype_root = (
+                not skip_check and self._prototype_roots and self._is_prototype_root(visit.prim)
+            )
             skip_check = False
             if is_prototype_root or not self._enter(visit, group):
                 continue
@@ -243,6 +247,8 @@ class Traversal:
             if type_name == "PointInstancer":
                 new_groups += self._place_prototypes(visit, group)
                 continue
+            if type_name == "Camera" and group is None:
+                self.cameras.append(prim)
             self._draw(visit, type_name, drawables)
             if prim.IsInstance():
                 instances.append(_Instance(visit, str(prim.GetPrototype().GetPath())))
@@ -276,7 +282,9 @@ class Traversal:
             visit.matrix = local if resets else local * visit.matrix
             if resets and group is not None:
                 self.messages.warning(
-                    prim.GetPath(), "resetXformStack inside a prototype", "it is placed relative to the instance"
+                    prim.GetPath(),
+                    "resetXformStack inside a prototype",
+                    "it is placed relative to the instance",
                 )
         inherited = UsdGeom.PrimvarsAPI(prim).FindIncrementallyInheritablePrimvars(visit.primvars)
         if inherited:
@@ -290,7 +298,9 @@ class Traversal:
         attribute = prim.GetAttribute("model:drawMode")
         if attribute and attribute.HasAuthoredValue() and attribute.Get() not in ("default", "inherited"):
             self.messages.warning(
-                prim.GetPath(), f"model:drawMode {attribute.Get()} is not supported", "the full model is drawn"
+                prim.GetPath(),
+                f"model:drawMode {attribute.Get()} is not supported",
+                "the full model is drawn",
             )
 
     def _draw(self, visit: _Visit, type_name: str, drawables: list[Drawable]) -> None:
@@ -311,12 +321,18 @@ class Traversal:
         if type_name in UNSUPPORTED_LIGHTS:
             self.messages.warning(path, f"{type_name} is not supported", UNSUPPORTED_LIGHTS[type_name])
         elif prim.IsA(UsdGeom.Boundable) or "ParticleField" in type_name:
-            self.messages.warning(path, f"prims of type {type_name} are not supported", "nothing is drawn; use a mesh")
+            self.messages.warning(
+                path, f"prims of type {type_name} are not supported", "nothing is drawn; use a mesh"
+            )
         elif not prim.GetPrimDefinition().GetPropertyNames():
             self.messages.info(path, f"the type {type_name} is not known", "nothing is drawn")
 
     def context(
-        self, matrix: Gf.Matrix4d, *, instancer: str | None = None, inherited_primvars: list[Any] | None = None
+        self,
+        matrix: Gf.Matrix4d,
+        *,
+        instancer: str | None = None,
+        inherited_primvars: list[Any] | None = None,
     ) -> ReadContext:
         """Return what readers need, for a prim placed by `matrix`."""
         return ReadContext(
@@ -331,12 +347,18 @@ class Traversal:
     def _place_prototypes(self, visit: _Visit, group: Group | None) -> list[tuple[Group, _Visit]]:
         """Add the placements of a point instancer to the groups of its prototypes; return the new groups."""
         new = []
-        for root, transforms in read_point_instancer(visit.prim, self.context(visit.matrix), matrix=visit.matrix):
+        for root, transforms in read_point_instancer(
+            visit.prim, self.context(visit.matrix), matrix=visit.matrix
+        ):
             is_drawn = visit.purpose in self._purposes
             key = ("point", root.GetPath(), is_drawn)
-            target = self._group(key, root, anchor=root.GetPath().GetParentPath(), suffix="" if is_drawn else "+")
+            target = self._group(
+                key, root, anchor=root.GetPath().GetParentPath(), suffix="" if is_drawn else "+"
+            )
             if group is not None and group.is_within(target):
-                self.messages.error(visit.prim.GetPath(), f"<{root.GetPath()}> instances itself", "it is drawn once")
+                self.messages.error(
+                    visit.prim.GetPath(), f"<{root.GetPath()}> instances itself", "it is drawn once"
+                )
                 continue
             if not target.uses:
                 start = _Visit(root, Gf.Matrix4d(1.0), visit.purpose, visit.primvars, is_bound=True)

@@ -4,7 +4,7 @@
 
 use crate::blas::{Blas, LocalHit};
 use crate::bvh::{
-    BoxRay, Bounds, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
+    Bounds, BoxRay, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
 };
 use crate::surface::{self, SurfacePoint};
 use glam::{Affine3A, Vec3A};
@@ -123,7 +123,8 @@ impl Accel {
             return None;
         }
         // A distance that overflows is not a hit.
-        let best = Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
+        let best =
+            Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
         let hit = run(self.simd, NearestTask { accel: self, ray, best });
         (hit.instance != u32::MAX).then_some(hit)
     }

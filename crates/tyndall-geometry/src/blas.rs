@@ -2,7 +2,7 @@
 
 use crate::accel::Crossing;
 use crate::bvh::{
-    Block, BoxRay, Bounds, Kernel, LANES, Leaves, Shear, Visit, WideBvh, build, crossing_sides, walk,
+    Block, Bounds, BoxRay, Kernel, LANES, Leaves, Shear, Visit, WideBvh, build, crossing_sides, walk,
 };
 use glam::{DVec3, Vec3, Vec3A};
 use std::ops::Range;
@@ -174,10 +174,12 @@ fn is_degenerate([a, b, c]: [Vec3; 3]) -> bool {
     // Differences of f32 are exact enough in f64 that collinear corners give zero or rounding of 1e-16.
     let normal = (b - a).cross(c - a);
     let scale = (b - a).abs().max((c - a).abs()).max_element();
-    !(normal.length() > 1e-15 * scale * scale) || !(a + b + c).is_finite()
+    let has_area = normal.length() > 1e-15 * scale * scale;
+    // Comparing with NaN is false.
+    !has_area || !(a + b + c).is_finite()
 }
 
-/// Six-sided volume of the tetrahedron of a triangle and `origin`, divided to its volume.
+/// Volume of the tetrahedron of a triangle and `origin`, positive if the triangle faces away from it.
 pub(crate) fn signed_volume([a, b, c]: [DVec3; 3], origin: DVec3) -> f64 {
     (a - origin).dot((b - origin).cross(c - origin)) / 6.0
 }

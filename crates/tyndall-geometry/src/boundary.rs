@@ -13,7 +13,7 @@ pub use winding::inside_intervals;
 use crate::accel::{Crossing, Placement};
 use crate::blas::Blas;
 use crate::bvh::{
-    BoxRay, Bounds, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
+    Bounds, BoxRay, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
 };
 use analytic::{box_interval, round_outward, sphere_interval};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
@@ -225,7 +225,9 @@ impl Region {
     fn new(shape: BoundaryShape) -> Self {
         match shape {
             BoundaryShape::Unbounded => Self::Unbounded,
-            BoundaryShape::Box { world_from_box } => Inverse::new(&world_from_box).map_or(Self::Nothing, Self::Box),
+            BoundaryShape::Box { world_from_box } => {
+                Inverse::new(&world_from_box).map_or(Self::Nothing, Self::Box)
+            }
             BoundaryShape::Sphere { world_from_sphere } => {
                 Inverse::new(&world_from_sphere).map_or(Self::Nothing, Self::Sphere)
             }

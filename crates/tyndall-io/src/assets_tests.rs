@@ -2,8 +2,10 @@
 
 use super::*;
 use crate::{ViewTransform, write_png};
+use glam::DAffine3;
 use std::thread;
 use std::time::Duration;
+use tyndall_vdb::{GridBuilder, WriteCompression, write_fog};
 
 fn write_grey(path: &Path, value: f32, width: usize) {
     write_png(path, width, 1, &[value, value, value, 1.0].repeat(width), ViewTransform::Srgb, &[]).unwrap();
@@ -63,6 +65,26 @@ fn threads_share_one_copy() {
     });
     let cached = assets.image(&path, ColorSpace::Auto).unwrap();
     assert!(images.iter().all(|image| Arc::ptr_eq(image, &cached)));
+}
+
+#[test]
+fn grids_are_read_once_by_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("smoke.vdb");
+    let build = |name: &str, value: f32| {
+        GridBuilder::from_dense(name, [1, 1, 2], [3, 4, 5], &[value, 0.0], DAffine3::IDENTITY)
+            .build()
+            .unwrap()
+    };
+    let grids = [build("density", 0.5), build("heat", 2.0)];
+    write_fog(&path, &grids, WriteCompression::Zip).unwrap();
+    let assets = FileAssets::new();
+    let density = assets.vdb_grid(&path, "density", None).unwrap();
+    assert_eq!((density.value([3, 4, 5]), density.active_voxel_count()), (0.5, 1));
+    assert!(Arc::ptr_eq(&density, &assets.vdb_grid(&path, "density", None).unwrap()));
+    assert_eq!(assets.vdb_grid(&path, "heat", Some(0)).unwrap().value([3, 4, 5]), 2.0);
+    let message = assets.vdb_grid(&path, "Density", None).unwrap_err().message;
+    assert!(message.contains("smoke.vdb") && message.contains("density, heat"), "{message}");
 }
 
 #[test]

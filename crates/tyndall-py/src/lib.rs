@@ -23,7 +23,7 @@ mod _core {
     #[pymodule_export]
     use crate::session::{Progress, Session};
     #[pymodule_export]
-    use crate::tables::{AovInfo, list_aovs, node_kinds, setting_specs};
+    use crate::tables::{AovInfo, list_aovs, setting_specs};
     #[pymodule_export]
     use crate::vdb::{read_vdb_info, write_vdb};
 

@@ -33,11 +33,7 @@ pub struct CameraRay {
 
 impl CameraModel {
     /// From the prim; `path` is for messages. Also returns the world position that becomes the origin.
-    pub fn from_prim(
-        path: &PrimPath,
-        camera: &prim::Camera,
-        diagnostics: &mut Diagnostics,
-    ) -> (Self, DVec3) {
+    pub fn from_prim(path: &PrimPath, camera: &prim::Camera, diagnostics: &mut Diagnostics) -> (Self, DVec3) {
         let (rotation, position) = rigid_part(path, camera.world_from_camera, diagnostics);
         let per_unit = match camera.projection {
             Projection::Perspective => camera.focal_length,
@@ -51,7 +47,10 @@ impl CameraModel {
         } else {
             diagnostics.warn(
                 path,
-                format!("aperture {} at focal length {} has no field of view", camera.aperture, camera.focal_length),
+                format!(
+                    "aperture {} at focal length {} has no field of view",
+                    camera.aperture, camera.focal_length
+                ),
                 "a horizontal field of view of 45 degrees is used; author apertures and focalLength above 0",
             );
             (Vec2::new(0.828, 0.621), Vec2::ZERO)
@@ -181,7 +180,8 @@ mod tests {
 
     #[test]
     fn wide_images_grow_the_window_sideways() {
-        let mut m = model(&prim::Camera { aperture: DVec2::new(1.0, 1.0), focal_length: 0.5, ..Default::default() });
+        let mut m =
+            model(&prim::Camera { aperture: DVec2::new(1.0, 1.0), focal_length: 0.5, ..Default::default() });
         m.fit_to([200, 100], 1.0);
         let d = m.ray(Vec2::new(1.0, 0.5), Vec2::ZERO).ray.direction;
         assert!((d.x / -d.z - 2.0).abs() < 1e-6, "horizontal tangent doubled: {d}");
@@ -213,10 +213,8 @@ mod tests {
     #[test]
     fn singular_cameras_are_reported_and_look_along_minus_z() {
         let mut diagnostics = Diagnostics::default();
-        let camera = prim::Camera {
-            world_from_camera: DAffine3::from_scale(DVec3::ZERO),
-            ..Default::default()
-        };
+        let camera =
+            prim::Camera { world_from_camera: DAffine3::from_scale(DVec3::ZERO), ..Default::default() };
         let (m, _) = CameraModel::from_prim(&"/cam".into(), &camera, &mut diagnostics);
         assert_eq!(diagnostics.as_slice().len(), 1);
         assert!(m.ray(Vec2::splat(0.5), Vec2::ZERO).ray.direction.z < -0.99);

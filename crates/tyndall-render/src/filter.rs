@@ -40,7 +40,9 @@ mod tests {
 
     #[test]
     fn filters_are_centred_and_bounded() {
-        for (filter, radius) in [(PixelFilter::Box, 0.5), (PixelFilter::BlackmanHarris, BLACKMAN_HARRIS_RADIUS)] {
+        for (filter, radius) in
+            [(PixelFilter::Box, 0.5), (PixelFilter::BlackmanHarris, BLACKMAN_HARRIS_RADIUS)]
+        {
             let n = 64;
             let mut mean = Vec2::ZERO;
             for i in 0..n * n {

@@ -93,7 +93,8 @@ impl Session {
         let mut done = film.min_samples();
         while done < self.settings.samples && !control.is_stopped() {
             let target = (done + pass_size(done)).min(self.settings.samples);
-            let of_pass = self.pool.install(|| render_pass(&integrator, &mut film, target, control));
+            let image: &mut Film = &mut film;
+            let of_pass = self.pool.install(|| render_pass(&integrator, image, target, control));
             self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
             control.passes.fetch_add(1, Ordering::Relaxed);
             done = target;
@@ -148,8 +149,13 @@ fn render_pass(integrator: &Integrator, film: &mut Film, target: u32, control: &
                     if control.is_stopped() {
                         return statistics;
                     }
-                    let record =
-                        integrator.sample([x, y], image_width, u64::from(sample), &mut scratch, &mut statistics);
+                    let record = integrator.sample(
+                        [x, y],
+                        image_width,
+                        u64::from(sample),
+                        &mut scratch,
+                        &mut statistics,
+                    );
                     tile.add(index, record);
                 }
                 control.samples.fetch_add(u64::from(target.saturating_sub(first)), Ordering::Relaxed);

@@ -21,7 +21,6 @@ mod surfaces;
 pub use build::WorldError;
 pub use cache::WorldCache;
 pub(crate) use query::{SegmentEnd, SurfaceHit, WorldScratch};
-pub(crate) use shade::Surface;
 
 use crate::camera::CameraModel;
 use bodies::LightBodies;

@@ -32,7 +32,13 @@ pub struct ParamSpec {
 
 impl ParamSpec {
     /// A number in `[min, max]`.
-    pub const fn float(name: &'static str, default: f32, range: [f32; 2], unit: &'static str, doc: &'static str) -> Self {
+    pub const fn float(
+        name: &'static str,
+        default: f32,
+        range: [f32; 2],
+        unit: &'static str,
+        doc: &'static str,
+    ) -> Self {
         Self { name, default: ParamDefault::Float(default), min: range[0], max: range[1], unit, doc }
     }
 
@@ -48,13 +54,18 @@ impl ParamSpec {
     }
 
     /// A word; `choices` lists the allowed ones separated by `|`, or is empty for free text.
-    pub const fn text(name: &'static str, default: &'static str, choices: &'static str, doc: &'static str) -> Self {
+    pub const fn text(
+        name: &'static str,
+        default: &'static str,
+        choices: &'static str,
+        doc: &'static str,
+    ) -> Self {
         Self { name, default: ParamDefault::Text(default), min: 0.0, max: 0.0, unit: choices, doc }
     }
 
     /// Another node.
     pub const fn node(name: &'static str, doc: &'static str) -> Self {
-        Self { name, default: ParamDefault::Node, min: 0.0, max: 0.0, unit: "", doc }
+        Self { name, default: ParamDefault::Node, min: 0.0, max: f32::MAX, unit: "", doc }
     }
 }
 

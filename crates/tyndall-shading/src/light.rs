@@ -191,7 +191,11 @@ impl Light {
         }
         let mut builder = LightBuilder::new(path, light, world_origin, assets, diags)?;
         let body = builder.body()?;
-        Some(Self { body, diffuse: builder.factor("diffuse", light.diffuse), specular: builder.factor("specular", light.specular) })
+        Some(Self {
+            body,
+            diffuse: builder.factor("diffuse", light.diffuse),
+            specular: builder.factor("specular", light.specular),
+        })
     }
 
     /// Factor on what diffuse lobes and media receive.

@@ -7,8 +7,8 @@ mod conductor;
 mod dielectric;
 mod diffuse;
 mod directional_albedo;
-mod fresnel;
 mod frame;
+mod fresnel;
 mod microfacet;
 mod preview_surface;
 
@@ -130,5 +130,11 @@ pub(crate) fn unit_color(c: Rgb) -> Rgb {
 /// A number in [0, 1]; NaN is 0.
 #[inline]
 pub(crate) fn unit(x: f32) -> f32 {
-    x.max(0.0).min(1.0)
+    limited(x, 1.0)
+}
+
+/// A number in [0, `max`]; NaN is 0.
+#[inline]
+pub(crate) fn limited(x: f32, max: f32) -> f32 {
+    if x > 0.0 { x.min(max) } else { 0.0 }
 }

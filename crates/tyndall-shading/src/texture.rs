@@ -86,7 +86,9 @@ impl Taps {
 impl Texture {
     /// `image` must have pixels.
     pub fn new(image: Arc<ImageData>, wrap_s: Wrap, wrap_t: Wrap) -> Self {
-        debug_assert!(image.width > 0 && image.height > 0 && image.pixels.len() == image.width * image.height);
+        debug_assert!(
+            image.width > 0 && image.height > 0 && image.pixels.len() == image.width * image.height
+        );
         Self { image, wrap_s, wrap_t }
     }
 

@@ -106,7 +106,7 @@ impl<T: Value> Tile<T> {
 }
 
 /// A sparse grid. Voxels in no leaf and no tile are inactive and have the background value.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Grid<T = f32> {
     /// Name without suffix.
     pub name: String,
@@ -229,10 +229,11 @@ impl<T: Value> Grid<T> {
 impl<T: Scalar> Grid<T> {
     /// Sum over all active voxels, tiles included, in 64-bit floats.
     pub fn sum(&self) -> f64 {
-        let in_leaf = |leaf: &Leaf<T>| leaf.active_offsets().map(|i| leaf.values[i].to_f64()).sum::<f64>();
-        let in_tile = |tile: &Tile<T>| tile.value.to_f64() * tile.voxel_count() as f64;
-        self.leaves.iter().map(in_leaf).sum::<f64>()
-            + self.tiles.iter().filter(|tile| tile.active).map(in_tile).sum::<f64>()
+        let in_leaf =
+            |leaf: &Leaf<T>| leaf.active_offsets().fold(0.0, |sum, i| sum + leaf.values[i].to_f64());
+        let in_leaves = self.leaves.iter().fold(0.0, |sum, leaf| sum + in_leaf(leaf));
+        let active_tiles = self.tiles.iter().filter(|tile| tile.active);
+        active_tiles.fold(in_leaves, |sum, tile| sum + tile.value.to_f64() * tile.voxel_count() as f64)
     }
 }
 

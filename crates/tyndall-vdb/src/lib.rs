@@ -18,7 +18,7 @@
 //! - Every length in a file is checked against the bytes that are left before anything is allocated; memory stays
 //!   below a constant times the file size. No recursion, no `unsafe`, no panic.
 //! - Grids are decoded one at a time: a grid of an unsupported kind doesn't hide the others.
-//! - Results don't depend on the number of threads.
+//! - Results don't depend on the number of threads (which of several errors is reported may).
 //!
 //! ```no_run
 //! let file = tyndall_vdb::VdbFile::open("smoke.vdb".as_ref())?;

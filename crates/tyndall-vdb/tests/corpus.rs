@@ -183,3 +183,18 @@ fn other_tree_shapes_are_refused_by_name() {
     let error = file.read_grid("density", None).expect_err("5_4_4").to_string();
     assert!(error.contains("tree shape 5_4_4"), "{error}");
 }
+
+/// Nothing tells how long a tree of unknown type is, so a stream file ends there.
+#[test]
+fn a_stream_file_is_listed_up_to_the_first_unknown_type() {
+    let mut bytes = corpus_file("stream.vdb");
+    assert_eq!(VdbFile::from_bytes(bytes.clone()).expect("opens").grids().len(), 3);
+    let at = bytes.windows(10).position(|w| w == b"Tree_float").expect("type");
+    bytes[at..at + 10].copy_from_slice(b"Tree_quark");
+    let file = VdbFile::from_bytes(bytes).expect("opens");
+    assert_eq!((file.grids().len(), file.n_unlisted_grids()), (1, 2));
+    let error = file.read_grid("a", None).expect_err("quarks").to_string();
+    assert!(error.contains("quark"), "{error}");
+    let error = file.read_grid("c", None).expect_err("unreachable").to_string();
+    assert!(error.contains("2 that cannot be reached"), "{error}");
+}

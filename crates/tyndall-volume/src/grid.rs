@@ -7,7 +7,8 @@
 //!
 //! The top level is a flat table over the bounding box in bricks: the fastest of the layouts measured (hash map of
 //! leaves, 5-4-3 tree, flat table with and without apron). If the box is mostly empty the same interface is served by
-//! hash maps on levels of growing node size, whose coarse nodes also let a ray skip empty space.
+//! hash maps on levels of growing node size. Either way a ray crosses empty space in cubes much larger than a brick:
+//! empty entries of the table know how many cells around them are empty too, empty coarse nodes are skipped whole.
 //! Bricks keep their 512 values without apron: 40 % less memory, and leaves of a VDB copy in one move.
 
 mod build;
@@ -140,6 +141,12 @@ impl BrickGrid {
     #[inline]
     pub(crate) fn active_cells(&self) -> Option<[IVec3; 2]> {
         self.cells
+    }
+
+    /// All cells are bricks.
+    #[inline]
+    pub(crate) fn is_flat(&self) -> bool {
+        matches!(self.table, Table::Flat(_))
     }
 
     /// The largest known cube around the cell of `voxel` with its bounds.

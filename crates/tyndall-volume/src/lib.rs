@@ -19,13 +19,13 @@ pub mod majorant;
 mod medium;
 pub mod oracle;
 pub mod phase;
-mod transmittance;
 #[cfg(test)]
 mod testing;
+mod transmittance;
 mod walk;
 
 pub use grid::{BrickGrid, GridReport, SparseVoxels};
 pub use medium::{Coefficients, GridDensity, Medium, Span};
 pub use phase::{Phase, PhaseMix, PhaseSample};
 pub use transmittance::transmittance;
-pub use walk::{Candidate, Cell, Event, Segment, Walk, WalkStats, sample_collision};
+pub use walk::{Candidate, CandidateVisitor, Cell, Event, Segment, Walk, WalkStats, sample_collision};

@@ -4,9 +4,9 @@
 //! the empty ones. Where a brick is optically thick under its majorant it visits single voxel cells instead, bounded by
 //! their eight corners: one bright voxel then costs only the rays that meet it.
 
-use crate::grid::{BrickGrid, GridCell};
+use crate::grid::{BRICK_EDGE, BrickGrid, GridCell};
 use crate::medium::GridDensity;
-use glam::{BVec3A, IVec3, Vec3A};
+use glam::{IVec3, Vec3A};
 use tyndall_math::Ray;
 
 /// A cell is split into voxel cells if more candidates than this are expected in it.
@@ -36,9 +36,10 @@ pub struct GridWalk<'a> {
     origin: Vec3A,
     direction: Vec3A,
     inverse: Vec3A,
-    /// Axes along which the ray moves, and along which it moves up.
-    moves: BVec3A,
-    moves_up: BVec3A,
+    /// 1 along axes on which the ray moves up, else 0.
+    up: Vec3A,
+    /// Infinite along axes on which the ray does not move, else 0.
+    never: Vec3A,
     t: f32,
     t_end: f32,
     voxel: IVec3,
@@ -62,8 +63,8 @@ impl<'a> GridWalk<'a> {
             origin,
             direction,
             inverse: Vec3A::select(moves, direction.recip(), Vec3A::ZERO),
-            moves,
-            moves_up: direction.cmpgt(Vec3A::ZERO),
+            up: Vec3A::select(direction.cmpgt(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO),
+            never: Vec3A::select(moves, Vec3A::ZERO, Vec3A::INFINITY),
             t: t0,
             t_end: t1,
             voxel: IVec3::ZERO,
@@ -96,13 +97,14 @@ impl<'a> GridWalk<'a> {
             return;
         };
         let (a, b) = ((box_lo - self.origin) * self.inverse, (box_hi - self.origin) * self.inverse);
-        let infinity = Vec3A::splat(f32::INFINITY);
-        let (near, far) = (a.min(b), a.max(b));
-        let near = Vec3A::select(self.moves, near, -infinity).max_element();
-        let far = Vec3A::select(self.moves, far, infinity).min_element();
+        let near = (a.min(b) - self.never).max_element();
+        let far = (a.max(b) + self.never).min_element();
+        let moves = self.never.cmpeq(Vec3A::ZERO);
         let beside = self.origin.cmplt(box_lo) | self.origin.cmpgt(box_hi);
         (self.t, self.t_end) = (self.t.max(near), self.t_end.min(far));
-        if (beside & !self.moves).any() || !(self.t < self.t_end) {
+        // A singular placement has no box: as absent.
+        let meets = self.t < self.t_end && moves.any() && !(beside & !moves).any();
+        if !meets {
             self.t_end = self.t;
         }
         (self.lowest, self.highest) = (lo, hi);
@@ -110,24 +112,38 @@ impl<'a> GridWalk<'a> {
         self.voxel = p.floor().as_ivec3().clamp(lo, hi);
     }
 
-    /// Where the ray leaves `cell`.
+    /// Where the ray leaves `cell`, by the faces of each axis.
     #[inline]
     fn exit(&self, cell: &GridCell) -> Vec3A {
-        let lo = cell.lo.as_vec3a();
-        let face = Vec3A::select(self.moves_up, lo + cell.edge as f32, lo);
-        let t = (face - self.origin) * self.inverse;
-        Vec3A::select(self.moves, t, Vec3A::splat(f32::INFINITY))
+        let face = cell.lo.as_vec3a() + self.up * cell.edge as f32;
+        (face - self.origin) * self.inverse + self.never
     }
 
-    /// Moves to the first voxel behind `cell`, which the ray leaves at `t`, through the face of the nearest `exit`.
+    /// Moves to the cell behind `cell`, which the ray leaves at `t`, through the face of the nearest `exit`.
     #[inline]
     fn leave(&mut self, cell: &GridCell, exit: Vec3A, t: f32) {
+        let nearest = exit.min_element();
+        let axis = if exit.x <= nearest {
+            0
+        } else if exit.y <= nearest {
+            1
+        } else {
+            2
+        };
+        // Between bricks of a flat table the other two coordinates stay in the same brick: no need to know them.
+        if !(self.grid.is_flat() && cell.edge == BRICK_EDGE) {
+            self.place(cell, t);
+        }
+        let (voxel, lo, up) = (&mut self.voxel.to_array(), cell.lo.to_array(), self.up.to_array());
+        voxel[axis] = if up[axis] > 0.0 { lo[axis] + cell.edge } else { lo[axis] - 1 };
+        self.voxel = IVec3::from_array(*voxel);
+    }
+
+    /// Puts `voxel` where the ray is at `t`, inside `cell`.
+    #[inline]
+    fn place(&mut self, cell: &GridCell, t: f32) {
         let p = self.origin + self.direction * t;
-        let last = cell.lo + (cell.edge - 1);
-        let mut voxel = p.floor().as_ivec3().clamp(cell.lo, last);
-        let axis = exit.min_position();
-        voxel[axis] = if self.direction[axis] > 0.0 { last[axis] + 1 } else { cell.lo[axis] - 1 };
-        self.voxel = voxel;
+        self.voxel = p.floor().as_ivec3().clamp(cell.lo, cell.lo + (cell.edge - 1));
     }
 
     #[inline]
@@ -152,7 +168,9 @@ impl Iterator for GridWalk<'_> {
             let cell = self.cell();
             let exit = self.exit(&cell);
             let (t0, t1) = (self.t, exit.min_element().max(self.t).min(self.t_end));
-            if cell.edge > 1 && cell.max * self.coefficient * (t1 - t0) > REFINE_ABOVE && cell.min < cell.max {
+            if cell.edge > 1 && cell.max * self.coefficient * (t1 - t0) > REFINE_ABOVE && cell.min < cell.max
+            {
+                self.place(&cell, self.t);
                 self.refined = Some(cell);
                 continue;
             }

@@ -55,8 +55,8 @@ impl RgbMean {
     }
 
     pub(crate) fn assert_near(&self, expected: [f64; 3], what: &str) {
-        for i in 0..3 {
-            self.0[i].assert_near(expected[i], &format!("{what}, channel {i}"));
+        for (i, (mean, expected)) in self.0.iter().zip(expected).enumerate() {
+            mean.assert_near(expected, &format!("{what}, channel {i}"));
         }
     }
 }
@@ -86,7 +86,8 @@ pub(crate) fn cloud(spike: f32) -> DenseGrid {
 
 /// A rotated, sheared, unequally scaled placement and a ray across [`cloud`] in it.
 pub(crate) fn placement() -> (Affine3A, Ray) {
-    let linear = Mat3::from_cols(Vec3::new(11.0, 2.0, 0.5), Vec3::new(-1.0, 7.0, 1.0), Vec3::new(0.3, -2.0, 6.0));
+    let linear =
+        Mat3::from_cols(Vec3::new(11.0, 2.0, 0.5), Vec3::new(-1.0, 7.0, 1.0), Vec3::new(0.3, -2.0, 6.0));
     let index_from_world = Affine3A::from_mat3_translation(linear, Vec3::new(-4.0, 11.0, -1.5));
     let world_from_index = index_from_world.inverse();
     let (a, b) = (Vec3A::new(-9.0, 8.2, -3.0), Vec3A::new(42.0, 11.7, 1.0));

@@ -11,14 +11,16 @@ use crate::walk::{LONG_WALK, WalkStats, survives_length};
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
 
-/// Below this the product must survive a roulette, ...
+/// Below this a channel of the product must survive a roulette.
 const FAINT: f32 = 0.05;
-/// ... with this probability.
+/// The same where only exact controls have dimmed it, which cost nothing.
+const FAINT_CONTROL: f32 = 1e-5;
+/// Probability to survive.
 const SURVIVAL: f32 = 0.25;
 
 /// Transmittance from `ray.origin` to `ray.t_max` per channel: exact without grids, an unbiased estimate with them.
 ///
-/// In [0, 1 / survival] per channel; 0 is returned as soon as it is certain.
+/// Between 0 and 1 per channel, but for walks of more than 65,536 candidates, which a roulette by length may double.
 pub fn transmittance(
     media: &[Medium],
     spans: &[Span],
@@ -28,8 +30,9 @@ pub fn transmittance(
 ) -> Rgb {
     let mut depth = Rgb::ZERO;
     let mut has_grid = false;
-    let present =
-        |span: &Span| Some((span.clipped(ray)?, media.get(span.medium as usize)?)).map(|(t, m)| (t, m, m.coefficients()));
+    let present = |span: &Span| {
+        Some((span.clipped(ray)?, media.get(span.medium as usize)?)).map(|(t, m)| (t, m, m.coefficients()))
+    };
     for ([t0, t1], medium, c) in spans.iter().filter_map(present) {
         has_grid |= medium.density.is_some();
         if medium.density.is_none() && c.sigma_t != Rgb::ZERO {
@@ -55,63 +58,96 @@ fn through_grid(
     sigma_t: Rgb,
     ray: &Ray,
     t: [f32; 2],
-    mut product: Rgb,
+    product: Rgb,
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Rgb {
-    let largest = sigma_t.max_element();
-    let relative = sigma_t / largest;
-    let mut walk = GridWalk::new(density, ray, t, largest);
-    // Optical depth of the control, at the largest channel; applied when the product is judged and at the end.
-    let mut control = 0f32;
+    let mut shadow = Shadow::new(sigma_t, product);
+    let mut walk = GridWalk::new(density, ray, t, shadow.largest);
     let mut n = 0u32;
     let mut remaining = f64::from(rng.next_exponential());
     while let Some(step) = walk.next() {
-        let length = f64::from(step.t1) - f64::from(step.t0);
-        control += largest * step.min * (step.t1 - step.t0);
-        let residual = step.max - step.min;
-        let rate = f64::from(largest * residual);
+        let (length, residual) = (f64::from(step.t1) - f64::from(step.t0), step.max - step.min);
         let mut s = 0f64;
-        while s + remaining / rate < length {
-            s += remaining / rate;
+        while residual > 0.0 && remaining < (length - s) * shadow.rate(residual) {
+            s += remaining / shadow.rate(residual);
             remaining = f64::from(rng.next_exponential());
             n += 1;
             let t = ((f64::from(step.t0) + s) as f32).min(step.t1);
             let excess = (walk.density(&step, t) - step.min) / residual;
             stats.majorant_violations += u64::from(excess > 1.0 + 4.0 * f32::EPSILON);
-            product *= Rgb::ONE - relative * excess;
-            let visible = product.abs().max_element();
-            if visible < FAINT && !roulette(&mut product, rng) {
-                stats.candidates += u64::from(n);
-                stats.lookups += u64::from(n);
-                return Rgb::ZERO;
-            }
+            shadow.attenuate(excess, rng);
             if n.is_multiple_of(LONG_WALK) {
-                product *= if survives_length(rng) { 2.0 } else { 0.0 };
+                shadow.product *= if survives_length(rng) { 2.0 } else { 0.0 };
             }
         }
-        if rate > 0.0 {
-            remaining -= (length - s) * rate;
-        }
-        if control > 3.0 {
-            product *= (-relative * control).exp();
-            control = 0.0;
-            if product.abs().max_element() < FAINT && !roulette(&mut product, rng) {
-                break;
-            }
+        remaining -= (length - s) * shadow.rate(residual);
+        shadow.control += step.min * (step.t1 - step.t0);
+        if shadow.is_settled(rng) {
+            break;
         }
     }
     stats.candidates += u64::from(n);
     stats.lookups += u64::from(n);
-    product * (-relative * control).exp()
+    shadow.product * (-sigma_t * shadow.control).exp()
 }
 
-/// Ends most faint products and raises the others.
-#[inline]
-fn roulette(product: &mut Rgb, rng: &mut Pcg) -> bool {
-    let survives = *product != Rgb::ZERO && rng.next_f32() < SURVIVAL;
-    *product = if survives { *product / SURVIVAL } else { Rgb::ZERO };
-    survives
+/// The light left on the way through a grid.
+struct Shadow {
+    sigma_t: Rgb,
+    /// Largest extinction at density 1 among channels that are not yet dark: it bounds those.
+    largest: f32,
+    product: Rgb,
+    /// ∫ of the control density, whose attenuation is not in `product` yet.
+    control: f32,
+}
+
+impl Shadow {
+    fn new(sigma_t: Rgb, product: Rgb) -> Self {
+        let mut shadow = Self { sigma_t, largest: 0.0, product, control: 0.0 };
+        shadow.bound_live_channels();
+        shadow
+    }
+
+    fn bound_live_channels(&mut self) {
+        let live = self.product.cmpne(Rgb::ZERO);
+        self.largest = Rgb::select(live, self.sigma_t, Rgb::ZERO).max_element();
+    }
+
+    /// Candidates per unit of `t` for a residual density; never 0, so that distances stay numbers.
+    #[inline]
+    fn rate(&self, residual: f32) -> f64 {
+        f64::from(self.largest * residual).max(f64::from(f32::MIN_POSITIVE))
+    }
+
+    /// A candidate whose density is the fraction `excess` of its bound.
+    #[inline]
+    fn attenuate(&mut self, excess: f32, rng: &mut Pcg) {
+        self.product *= Rgb::ONE - self.sigma_t * (excess / self.largest.max(f32::MIN_POSITIVE));
+        self.roulette(FAINT, rng);
+    }
+
+    /// Nothing more can happen: dark, or clear in every channel that is not.
+    #[inline]
+    fn is_settled(&mut self, rng: &mut Pcg) -> bool {
+        if self.largest * self.control > 8.0 {
+            self.product *= (-self.sigma_t * self.control).exp();
+            self.control = 0.0;
+            self.roulette(FAINT_CONTROL, rng);
+        }
+        self.largest == 0.0
+    }
+
+    /// Ends most faint channels and raises the others. Grey light stays grey: all channels share the number.
+    #[inline]
+    fn roulette(&mut self, faint: f32, rng: &mut Pcg) {
+        let is_faint = self.product.abs().cmplt(Rgb::splat(faint));
+        if is_faint.any() {
+            let survivors = if rng.next_f32() < SURVIVAL { self.product / SURVIVAL } else { Rgb::ZERO };
+            self.product = Rgb::select(is_faint, survivors, self.product);
+            self.bound_live_channels();
+        }
+    }
 }
 
 #[cfg(test)]

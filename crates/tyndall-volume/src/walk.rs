@@ -18,7 +18,7 @@ mod single_grid;
 mod track;
 
 pub use segment::{Cell, Segment};
-pub use track::Candidate;
+pub use track::{Candidate, CandidateVisitor};
 
 pub(crate) use channels::survives_length;
 
@@ -72,7 +72,7 @@ impl Walk {
 pub struct WalkStats {
     /// Candidate collisions, real or null.
     pub candidates: u64,
-    /// Densities read from grids.
+    /// Densities read from grids for candidates; the corners that bound single voxels in dense bricks are not counted.
     pub lookups: u64,
     /// Densities above their majorant; 0 unless there is a bug.
     pub majorant_violations: u64,

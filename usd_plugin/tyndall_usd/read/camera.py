@@ -56,7 +56,7 @@ def read_camera(
 def conform_aperture(
     camera: Camera, *, resolution: tuple[int, int], pixel_aspect: float, policy: str
 ) -> tuple[Camera, float]:
-    """Return `camera` with its aperture in the image's aspect ratio, and the pixel aspect ratio to render with.
+    """Return `camera` with its aperture in the image's aspect ratio, and the pixel aspect ratio.
 
     Parameters
     ----------
@@ -95,5 +95,7 @@ def _report_unsupported(camera: UsdGeom.Camera, time: Usd.TimeCode, messages: Me
     opened, closed = camera.GetShutterOpenAttr().Get(time), camera.GetShutterCloseAttr().Get(time)
     if opened != closed:
         messages.warning(
-            path, f"motion blur (shutter {opened:g} to {closed:g}) is not supported", "the frame's own time is rendered"
+            path,
+            f"motion blur (shutter {opened:g} to {closed:g}) is not supported",
+            "the frame's own time is rendered",
         )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from pxr import UsdGeom, UsdLux
+from pxr import UsdGeom
 from tyndall.prims import Light, LightKind, Matrix, Shaping
 
 if TYPE_CHECKING:
@@ -77,6 +77,8 @@ def _read_color(prim: Usd.Prim, ctx: ReadContext) -> tuple[float, float, float]:
     red, green, blue = _get(prim, "inputs:color", ctx, default=(1.0, 1.0, 1.0))
     if _get(prim, "inputs:enableColorTemperature", ctx, default=False):
         kelvin = _get(prim, "inputs:colorTemperature", ctx, default=6500.0)
+        from pxr import UsdLux
+
         tint = UsdLux.BlackbodyTemperatureAsRgb(kelvin)
         red, green, blue = red * tint[0], green * tint[1], blue * tint[2]
     return float(red), float(green), float(blue)
@@ -90,7 +92,9 @@ def _read_texture(prim: Usd.Prim, ctx: ReadContext) -> dict[str, str]:
     layout = _get(prim, "inputs:texture:format", ctx, default="automatic")
     if layout not in ("automatic", "latlong"):
         ctx.messages.warning(
-            prim.GetPath(), f"texture:format {layout} is not supported", "convert the image to latlong; drawn without it"
+            prim.GetPath(),
+            f"texture:format {layout} is not supported",
+            "convert the image to latlong; drawn without it",
         )
         return {}
     return {"texture": path}
@@ -102,7 +106,7 @@ def _pole_axis(prim: Usd.Prim) -> str:
 
 
 def _read_shaping(prim: Usd.Prim, ctx: ReadContext) -> Shaping:
-    if not prim.HasAPI(UsdLux.ShapingAPI) and not prim.GetAuthoredPropertiesInNamespace("inputs:shaping"):
+    if not prim.GetAuthoredPropertiesInNamespace("inputs:shaping"):
         return Shaping()
     profile = prim.GetAttribute("inputs:shaping:ies:file")
     if profile and (value := profile.Get(ctx.time)) is not None and value.path:

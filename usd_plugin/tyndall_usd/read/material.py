@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pxr import UsdShade
 from tyndall.prims import Material, Node, NodeRef
 
 from tyndall_usd.shading.graph import Graph, compact
@@ -15,7 +14,7 @@ from tyndall_usd.shading.table import CONVERTERS, SURFACE_CONTEXTS, VOLUME_CONTE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from pxr import Usd
+    from pxr import Usd, UsdShade
 
     from tyndall_usd.assets import Assets
     from tyndall_usd.messages import Messages
@@ -47,7 +46,9 @@ def read_material(
     volume = _terminal(material, graph, time, assets, messages, is_volume=True)
     if surface is None and (volume is None or _has_terminal(material, is_volume=False)):
         if volume is None and not any(_has_terminal(material, is_volume=v) for v in (False, True)):
-            messages.warning(material.GetPath(), "the material has no surface and no volume", "displayColor is drawn")
+            messages.warning(
+                material.GetPath(), "the material has no surface and no volume", "displayColor is drawn"
+            )
         if volume is None:
             return None
         surface = _fallback_surface(graph)
@@ -113,7 +114,9 @@ def _terminal(
         others = [str(output.GetFullName()) for output in _outputs(material, is_volume=is_volume)]
         if others:
             messages.warning(
-                material.GetPath(), f"only {', '.join(others)} is connected", f"connect outputs:{kind} or outputs:mtlx:{kind}"
+                material.GetPath(),
+                f"only {', '.join(others)} is connected",
+                f"connect outputs:{kind} or outputs:mtlx:{kind}",
             )
     return None
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pxr import UsdGeom
-from tyndall.prims import IntArray, Mesh, Primvar, Subdivision, SubdivisionScheme, Subset
+from pxr import Usd, UsdGeom
+from tyndall.prims import FloatArray, IntArray, Mesh, Primvar, Subdivision, SubdivisionScheme, Subset
 
 from tyndall_usd.read.primvar import fit_values, flatten_primvar, read_primvars, to_float_rows
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence
-
-    from pxr import Usd
 
     from tyndall_usd.read.context import ReadContext
 
@@ -23,6 +21,7 @@ _SCHEMES: dict[str, SubdivisionScheme] = {
     "loop": "loop",
     "bilinear": "bilinear",
 }
+_SUBSETS = Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & Usd.PrimHasDefiningSpecifier)
 
 
 def read_mesh(
@@ -43,7 +42,9 @@ def read_mesh(
         Names of the primvars that shading asks for.
     """
     mesh = UsdGeom.Mesh(prim)
-    points = np.asarray(mesh.GetPointsAttr().Get(ctx.time) or (), dtype=np.float32).reshape(-1, 3)
+    points = _points(mesh, ctx)
+    if points is None:
+        return None
     counts = _ints(mesh.GetFaceVertexCountsAttr(), ctx)
     indices = _ints(mesh.GetFaceVertexIndicesAttr(), ctx)
     if not _is_valid_topology(prim, ctx, n_points=len(points), counts=counts, indices=indices):
@@ -77,7 +78,7 @@ def material_subsets(prim: Usd.Prim) -> list[Usd.Prim]:
     """Return the children of `prim` that bind materials to some of its faces."""
     return [
         child
-        for child in prim.GetFilteredChildren(_children_predicate())
+        for child in prim.GetFilteredChildren(_SUBSETS)
         if child.GetTypeName() == "GeomSubset"
         and UsdGeom.Subset(child).GetFamilyNameAttr().Get() == "materialBind"
         and UsdGeom.Subset(child).GetElementTypeAttr().Get() in (None, "face")
@@ -90,7 +91,9 @@ def read_subset(prim: Usd.Prim, ctx: ReadContext, *, n_faces: int, material: str
     valid = (faces >= 0) & (faces < n_faces)
     if not valid.all():
         ctx.messages.warning(
-            prim.GetPath(), f"{int((~valid).sum())} indices are outside the mesh's {n_faces} faces", "they are ignored"
+            prim.GetPath(),
+            f"{int((~valid).sum())} indices are outside the mesh's {n_faces} faces",
+            "they are ignored",
         )
         faces = faces[valid]
     return Subset(faces, material) if len(faces) else None
@@ -101,15 +104,24 @@ def face_count(prim: Usd.Prim, time: Usd.TimeCode) -> int:
     return len(UsdGeom.Mesh(prim).GetFaceVertexCountsAttr().Get(time) or ())
 
 
-def _children_predicate() -> object:
-    from pxr import Usd
-
-    return Usd.TraverseInstanceProxies(Usd.PrimIsActive & Usd.PrimIsLoaded & Usd.PrimHasDefiningSpecifier)
+def _points(mesh: UsdGeom.Mesh, ctx: ReadContext) -> FloatArray | None:
+    value = mesh.GetPointsAttr().Get(ctx.time)
+    if value is None:
+        return np.empty((0, 3), np.float32)
+    rows = np.asarray(value, dtype=np.float32)
+    if rows.size and (rows.ndim != 2 or rows.shape[1] != 3):
+        ctx.messages.error(
+            mesh.GetPath(),
+            f"points are of type {type(value).__name__}, not point3f[]",
+            "the mesh is not drawn",
+        )
+        return None
+    return rows.reshape(-1, 3)
 
 
 def _ints(attribute: Usd.Attribute, ctx: ReadContext) -> IntArray:
     value = attribute.Get(ctx.time)
-    return np.empty(0, np.int32) if value is None else np.asarray(value, dtype=np.int32)
+    return np.empty(0, np.int32) if value is None else np.asarray(value, dtype=np.int32).reshape(-1)
 
 
 def _is_valid_topology(
@@ -122,7 +134,8 @@ def _is_valid_topology(
     if counts.min() < 0 or int(counts.sum(dtype=np.int64)) != len(indices):
         messages.error(
             path,
-            f"faceVertexCounts sum to {int(counts.sum(dtype=np.int64))}, but there are {len(indices)} faceVertexIndices",
+            f"faceVertexCounts sum to {int(counts.sum(dtype=np.int64))}, "
+            f"but there are {len(indices)} faceVertexIndices",
             "the mesh is not drawn; correct its topology",
         )
         return False

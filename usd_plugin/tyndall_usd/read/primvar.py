@@ -66,7 +66,8 @@ def read_primvars(
     wanted : collection of str
         Names to read; others cost nothing.
     counts : mapping
-        Number of values each interpolation needs; a primvar that has another number is dropped with a message.
+        Number of values each interpolation needs; a primvar that has another number is dropped with a
+        message.
     """
     found = {}
     for primvar in UsdGeom.PrimvarsAPI(prim).FindPrimvarsWithInheritance(list(ctx.inherited_primvars)):
@@ -106,6 +107,8 @@ def fit_values(
         return None
     if len(values) > expected:
         ctx.messages.info(
-            prim.GetPath(), f"{name} has {len(values)} values where {interpolation} needs {expected}", "the rest is ignored"
+            prim.GetPath(),
+            f"{name} has {len(values)} values where {interpolation} needs {expected}",
+            "the rest is ignored",
         )
     return Primvar(known, values[:expected])

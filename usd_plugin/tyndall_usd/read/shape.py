@@ -22,9 +22,15 @@ SHAPES: dict[str, tuple[ShapeKind, dict[str, str]]] = {
     "Cube": ("cube", {"size": "size"}),
     "Cone": ("cone", {"radius": "radius", "height": "height"}),
     "Cylinder": ("cylinder", {"radius_top": "radius", "radius_bottom": "radius", "height": "height"}),
-    "Cylinder_1": ("cylinder", {"radius_top": "radiusTop", "radius_bottom": "radiusBottom", "height": "height"}),
+    "Cylinder_1": (
+        "cylinder",
+        {"radius_top": "radiusTop", "radius_bottom": "radiusBottom", "height": "height"},
+    ),
     "Capsule": ("capsule", {"radius_top": "radius", "radius_bottom": "radius", "height": "height"}),
-    "Capsule_1": ("capsule", {"radius_top": "radiusTop", "radius_bottom": "radiusBottom", "height": "height"}),
+    "Capsule_1": (
+        "capsule",
+        {"radius_top": "radiusTop", "radius_bottom": "radiusBottom", "height": "height"},
+    ),
     "Plane": ("plane", {"width": "width", "length": "length"}),
 }
 

@@ -1,7 +1,7 @@
 """UsdVolVolume and its fields.
 
-A field is placed by the *field prim's* transform. The relationship's name is what shaders ask for; ``fieldName`` picks
-the grid in the file and ``fieldIndex`` tells grids of one name apart.
+A field is placed by the *field prim's* transform. The relationship's name is what shaders ask for;
+``fieldName`` picks the grid in the file and ``fieldIndex`` tells grids of one name apart.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def field_targets(prim: Usd.Prim, ctx: ReadContext) -> list[tuple[str, Usd.Prim]]:
-    """Return the name and prim of each field of the Volume `prim`; relationships to nothing give a message."""
+    """Return the name and prim of each field of `prim`; relationships to nothing give a message."""
     fields = []
     for prop in prim.GetPropertiesInNamespace("field"):
         relationship = prim.GetRelationship(prop.GetName())
@@ -32,16 +32,20 @@ def field_targets(prim: Usd.Prim, ctx: ReadContext) -> list[tuple[str, Usd.Prim]
             fields.append((name, target))
         else:
             ctx.messages.error(
-                prim.GetPath(), f"{prop.GetName()} names <{targets[0]}>, which is not a prim", "correct the relationship"
+                prim.GetPath(),
+                f"{prop.GetName()} names <{targets[0]}>, which is not a prim",
+                "correct the relationship",
             )
     return fields
 
 
 def read_field(prim: Usd.Prim, ctx: ReadContext, *, name: str, world_from_field: Matrix) -> Field | None:
-    """Read the field asset `prim` which its Volume calls `name`; ``None``, with a message, if there is no such file."""
+    """Read the field that its Volume calls `name`; ``None``, with a message, if there is no such file."""
     kind = prim.GetTypeName()
     if kind != "OpenVDBAsset":
-        ctx.messages.error(prim.GetPath(), f"fields of type {kind} are not supported", "convert it to OpenVDB")
+        ctx.messages.error(
+            prim.GetPath(), f"fields of type {kind} are not supported", "convert it to OpenVDB"
+        )
         return None
     attribute = prim.GetAttribute("filePath")
     value = attribute.Get(ctx.time)

@@ -30,7 +30,7 @@ def axis_from_z(axis: str) -> Matrix:
 
 
 def plane_from_z(axis: str) -> Matrix:
-    """Return the rotation of a UsdGeomPlane: its width lies along x (z if `axis` is X), its length along y (z if Y)."""
+    """Return the rotation of a UsdGeomPlane: width along x (z if `axis` is X), length along y (z if Y)."""
     if axis == "X":
         return np.array([[0, 0, 1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]], dtype=np.float64)
     if axis == "Y":

@@ -1,1 +1,1 @@
-"""Shader networks of USD to the core's shading graph: one converter per source node, in one table (`table.py`)."""
+"""Shader networks of USD to the core's shading graph: one converter a source node, in `table.py`."""

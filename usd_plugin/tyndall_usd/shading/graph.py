@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from tyndall.prims import Node, NodeInput, NodeRef
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 Vector: TypeAlias = tuple[float, float, float]
 
 
 class Graph:
-    """Nodes in order, inputs before their users."""
+    """Nodes in order, inputs before their users; equal nodes are one."""
 
-    __slots__ = ("nodes",)
+    __slots__ = ("_refs", "nodes")
 
     def __init__(self) -> None:
         self.nodes: list[Node] = []
+        self._refs: dict[object, NodeRef] = {}
 
     def add(self, kind: str, /, **inputs: NodeInput | None) -> NodeRef:
-        """Append a node; inputs that are ``None`` keep the kind's default."""
-        self.nodes.append(Node(kind, {name: value for name, value in inputs.items() if value is not None}))
-        return NodeRef(len(self.nodes) - 1)
+        """Return a node of `kind`; inputs that are ``None`` keep the kind's default."""
+        authored = {name: value for name, value in inputs.items() if value is not None}
+        ref = self._refs.setdefault((kind, tuple(sorted(authored.items()))), NodeRef(len(self.nodes)))
+        if ref.index == len(self.nodes):
+            self.nodes.append(Node(kind, authored))
+        return ref
 
     def node(self, ref: NodeRef) -> Node:
         """Return the node `ref` points to."""
         return self.nodes[ref.index]
 
     def combine(self, kind: str, a: NodeInput, b: NodeInput) -> NodeInput:
-        """Return ``a * b`` (`kind` "multiply"), ``a + b`` ("add") or ``a - b`` ("subtract"); constants are folded."""
+        """Return the product, sum or difference (`kind` multiply, add, subtract); constants are folded."""
         if isinstance(a, (NodeRef, str)) or isinstance(b, (NodeRef, str)):
             if kind == "multiply" and is_one(a):
                 return b

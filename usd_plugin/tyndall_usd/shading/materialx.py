@@ -47,7 +47,9 @@ def convert_dielectric(node: ShaderNode) -> NodeInput:
         "dielectric",
         ior=node.value("ior"),
         roughness=_microfacet_roughness(node),
-        tint=node.graph.combine("multiply", node.value_or("tint", (1.0, 1.0, 1.0)), node.value_or("weight", 1.0)),
+        tint=node.graph.combine(
+            "multiply", node.value_or("tint", (1.0, 1.0, 1.0)), node.value_or("weight", 1.0)
+        ),
         mode=node.text("scatter_mode", "R"),
     )
 

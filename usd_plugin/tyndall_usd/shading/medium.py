@@ -55,7 +55,15 @@ def convert_karma_volume(node: ShaderNode) -> Medium:
 def convert_arnold_volume(node: ShaderNode) -> Medium:
     """Arnold's ``standard_volume``: density grid, scatter colour, transparency over a depth."""
     node.ignore_all_but(
-        ("density", "density_channel", "scatter", "scatter_color", "scatter_anisotropy", "transparent", "transparent_depth")
+        (
+            "density",
+            "density_channel",
+            "scatter",
+            "scatter_color",
+            "scatter_anisotropy",
+            "transparent",
+            "transparent_depth",
+        )
     )
     transparent = node.vector("transparent", (math.exp(-1.0),) * 3)
     depth = max(node.number("transparent_depth", 1.0), 1e-30)
@@ -68,7 +76,14 @@ def convert_arnold_volume(node: ShaderNode) -> Medium:
 def convert_renderman_volume(node: ShaderNode) -> Medium:
     """RenderMan's ``PxrVolume``."""
     node.ignore_all_but(
-        ("densityFloat", "densityFloatPrimVar", "extinctionMultiplier", "diffuseColor", "anisotropy", "maxDensity")
+        (
+            "densityFloat",
+            "densityFloatPrimVar",
+            "extinctionMultiplier",
+            "diffuseColor",
+            "anisotropy",
+            "maxDensity",
+        )
     )
     extinction = node.number("densityFloat", 1.0) * node.number("extinctionMultiplier", 1.0)
     return _from_albedo(
@@ -93,7 +108,12 @@ def convert_cycles_volume(node: ShaderNode) -> Medium:
 
 
 def _from_albedo(
-    node: ShaderNode, extinction: Vector, albedo: Vector, *, field: str, anisotropy: str = "scatter_anisotropy"
+    node: ShaderNode,
+    extinction: Vector,
+    albedo: Vector,
+    *,
+    field: str,
+    anisotropy: str = "scatter_anisotropy",
 ) -> Medium:
     scattering = tuple(e * a for e, a in zip(extinction, albedo, strict=True))
     absorption = tuple(e * (1.0 - a) for e, a in zip(extinction, albedo, strict=True))
@@ -139,7 +159,10 @@ def _factors(node: ShaderNode, value: NodeInput) -> tuple[Vector, list[NodeRef]]
     if source.kind == "field":
         return _ONE, [value]
     if source.kind != "multiply":
-        node.warn(f"a coefficient is fed by {source.kind!r}", "only constants times one field are supported; 0 is used")
+        node.warn(
+            f"a coefficient is fed by {source.kind!r}",
+            "only constants times one field are supported; 0 is used",
+        )
         return (0.0, 0.0, 0.0), []
     constant, fields = _ONE, []
     for factor in source.inputs.values():

@@ -184,7 +184,9 @@ class ShaderNode:
             if name not in supported and self.is_authored(name)
         )
         if ignored:
-            self.warn(f"{self.node_id} is approximated; ignored inputs: {', '.join(ignored)}", "check the look")
+            self.warn(
+                f"{self.node_id} is approximated; ignored inputs: {', '.join(ignored)}", "check the look"
+            )
 
     def _producer(self, name: str) -> Usd.Attribute | None:
         source = self.shader.GetInput(name)
@@ -205,5 +207,5 @@ def _constant(value: object) -> NodeInput | None:
         numbers = [float(component) for component in value]  # type: ignore[attr-defined]
     except TypeError:
         return None
-    x, y, z = (numbers + [0.0, 0.0, 0.0])[:3]
+    x, y, z = (*numbers, 0.0, 0.0, 0.0)[:3]
     return x, y, z

@@ -28,7 +28,7 @@ _SURFACE_INPUTS = (
     "ior",
     "normal",
 )
-_WRAPS = {"black": "black", "clamp": "clamp", "repeat": "repeat", "mirror": "mirror", "useMetadata": "black"}
+_WRAPS = ("black", "clamp", "repeat", "mirror", "useMetadata")
 _COLOR_SPACES = {"auto": "auto", "sRGB": "sRGB", "raw": "raw"}
 
 
@@ -47,7 +47,7 @@ def convert_uv_texture(node: ShaderNode) -> NodeInput:
     if path is None:
         return _channel_of(fallback, node.output)
     scale, bias = _vector4(node, "scale", (1.0, 1.0, 1.0, 1.0)), _vector4(node, "bias", (0.0, 0.0, 0.0, 0.0))
-    wrap = {name: _WRAPS.get(node.text(name, "useMetadata"), "black") for name in ("wrapS", "wrapT")}
+    wrap = {name: _wrap(node.text(name, "useMetadata")) for name in ("wrapS", "wrapT")}
     authored = node.text("sourceColorSpace", "auto")
     color_space = _COLOR_SPACES.get(authored)
     if color_space is None:
@@ -58,7 +58,7 @@ def convert_uv_texture(node: ShaderNode) -> NodeInput:
     image = node.graph.add(
         "image",
         file=path,
-        st=node.value_or("st", (0.0, 0.0, 0.0)),
+        st=node.value("st"),
         wrap_s=wrap["wrapS"],
         wrap_t=wrap["wrapT"],
         scale=scale[:3],
@@ -73,7 +73,11 @@ def convert_uv_texture(node: ShaderNode) -> NodeInput:
 
 def channel(node: ShaderNode, image: NodeRef, output: str) -> NodeInput:
     """Return one channel of `image`, or all of it for an output that is no channel."""
-    return node.graph.add("channel", channel=output, **{"in": image}) if output in ("r", "g", "b", "a") else image
+    return (
+        node.graph.add("channel", channel=output, **{"in": image})
+        if output in ("r", "g", "b", "a")
+        else image
+    )
 
 
 def convert_primvar_reader(node: ShaderNode) -> NodeInput | None:
@@ -89,7 +93,11 @@ def convert_primvar_reader(node: ShaderNode) -> NodeInput | None:
 def read_property(node: ShaderNode, name: str, default: NodeInput | None) -> NodeInput:
     """Return a node that reads the primvar `name`, or the field of that name in a volume."""
     constant = None if isinstance(default, (NodeRef, str)) else default
-    return node.graph.add("field" if node.network.is_volume else "primvar", name=name, default=constant)
+    if not node.network.is_volume:
+        return node.graph.add("primvar", name=name, default=constant)
+    return node.graph.add(
+        "field", name=name, default=constant[0] if isinstance(constant, tuple) else constant
+    )
 
 
 def convert_transform_2d(node: ShaderNode) -> NodeInput:
@@ -109,6 +117,10 @@ def _vector4(node: ShaderNode, name: str, default: Vector4) -> Vector4:
         return default
     x, y, z, w = (float(component) for component in rows[0])
     return x, y, z, w
+
+
+def _wrap(mode: str) -> str:
+    return mode if mode in _WRAPS else "useMetadata"
 
 
 def _channel_of(rgba: Vector4, output: str) -> NodeInput:

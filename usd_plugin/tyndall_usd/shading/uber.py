@@ -1,4 +1,4 @@
-"""The large surface models of MaterialX, mapped approximately to the preview surface; ignored inputs are named."""
+"""The large surface models of MaterialX, approximated by the preview surface; ignored inputs are named."""
 
 from __future__ import annotations
 
@@ -107,7 +107,9 @@ def _convert(node: ShaderNode, names: UberNames) -> NodeInput:
     transmission = node.value(names.transmission)
     if isinstance(transmission, float) and transmission >= 0.5:
         tint = node.value(names.transmission_color) if names.transmission_color else None
-        return graph.add("dielectric", ior=get(names.ior), roughness=get(names.roughness), tint=tint, mode="RT")
+        return graph.add(
+            "dielectric", ior=get(names.ior), roughness=get(names.roughness), tint=tint, mode="RT"
+        )
     if transmission not in (None, 0.0):
         node.warn(f"{names.transmission} below 0.5 or varying is not supported", "the surface is opaque")
     return graph.add(

@@ -1,7 +1,7 @@
 //! One instance as the traversal needs it.
 
 use crate::bvh::Bounds;
-use glam::{Affine3A, DMat3, Mat3, Mat3A, Vec3, Vec3A};
+use glam::{Affine3A, DMat3, DVec3, Mat3, Mat3A, Vec3, Vec3A};
 use tyndall_math::Ray;
 
 /// A transform and its inverse. The translation is kept apart: it is subtracted from ray origins *before* the linear
@@ -114,23 +114,11 @@ impl Placement {
 /// Whether the inverse is one in f32: singular matrices can have a finite inverse that is only noise.
 fn is_invertible(matrix: &DMat3, inverse: &DMat3) -> bool {
     let absolute = |m: &DMat3| DMat3::from_cols(m.x_axis.abs(), m.y_axis.abs(), m.z_axis.abs());
+    let is_diagonal =
+        *matrix == DMat3::from_diagonal(DVec3::new(matrix.x_axis.x, matrix.y_axis.y, matrix.z_axis.z));
     // Skeel's condition number, which uneven scale along the axes doesn't raise.
     let condition = absolute(inverse) * absolute(matrix);
-    condition.to_cols_array().iter().all(|x| *x < 1e7) || is_diagonal(matrix)
-}
-
-fn is_diagonal(m: &DMat3) -> bool {
-    *m == DMat3::from_diagonal(m.to_scale())
-}
-
-trait Diagonal {
-    fn to_scale(&self) -> glam::DVec3;
-}
-
-impl Diagonal for DMat3 {
-    fn to_scale(&self) -> glam::DVec3 {
-        glam::DVec3::new(self.x_axis.x, self.y_axis.y, self.z_axis.z)
-    }
+    condition.to_cols_array().iter().all(|x| *x < 1e7) || is_diagonal
 }
 
 #[inline(always)]

@@ -35,8 +35,9 @@ pub(super) fn sphere_interval(origin: DVec3, direction: DVec3) -> Option<[f64; 2
 /// The part of [t0, t1] in [0, t_max] as f32, widened to the next f32 if it would vanish in rounding only.
 #[inline]
 pub(super) fn round_outward(t0: f64, t1: f64, t_max: f32) -> Option<[f32; 2]> {
+    let is_interval = t0 < t1;
     let (t0, t1) = (t0.max(0.0), t1.min(f64::from(t_max)));
-    if !(t0 < t1) {
+    if !is_interval || t0 >= t1 {
         return None;
     }
     let (near, far) = (t0 as f32, t1 as f32);

@@ -146,7 +146,8 @@ fn binary_by_obvhs(boxes: &[Bounds], leaves: Leaves) -> BinaryTree {
         collapse_traversal_cost: leaves.primitives_per_item as f32,
         ..BvhBuildParams::medium_build()
     };
-    let Bvh2 { nodes, primitive_indices, .. } = build_bvh2(&aabbs, params, &mut std::time::Duration::default());
+    let Bvh2 { nodes, primitive_indices, .. } =
+        build_bvh2(&aabbs, params, &mut std::time::Duration::default());
     let nodes = nodes
         .iter()
         .map(|n| {
@@ -299,7 +300,8 @@ impl WideBvh {
     /// The box around everything.
     pub(crate) fn bounds(&self) -> Bounds {
         let Some(root) = self.nodes.first() else { return Bounds::EMPTY };
-        let row = |i: usize, f: fn(f32, f32) -> f32, start: f32| root.bounds[i].iter().copied().fold(start, f);
+        let row =
+            |i: usize, f: fn(f32, f32) -> f32, start: f32| root.bounds[i].iter().copied().fold(start, f);
         let low = |axis: usize| row(2 * axis, f32::min, f32::INFINITY);
         let high = |axis: usize| row(2 * axis + 1, f32::max, f32::NEG_INFINITY);
         Bounds { min: Vec3A::new(low(0), low(1), low(2)), max: Vec3A::new(high(0), high(1), high(2)) }
@@ -311,7 +313,8 @@ impl WideBvh {
         let mut need = vec![0usize; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
             let present = (0..WIDTH).filter(|&slot| node.bounds[0][slot] <= node.bounds[1][slot]);
-            let deepest = present.clone().map(|slot| need.get(node.child[slot] as usize).copied().unwrap_or(0));
+            let deepest =
+                present.clone().map(|slot| need.get(node.child[slot] as usize).copied().unwrap_or(0));
             need[index] = present.count().saturating_sub(1) + deepest.max().unwrap_or(0);
         }
         need.get(root).copied().unwrap_or(0)

@@ -3,7 +3,10 @@
 //! The only file with `unsafe`. Triangle arithmetic is the portable kernel's, operation by operation and without
 //! fused multiply-adds, so both give the same bits; a test compares them. Elsewhere than on x86-64 the kernel exists
 //! as a type without values.
-#![allow(unsafe_code, reason = "vector loads, and calls of functions compiled for a CPU detected at run time")]
+#![allow(
+    unsafe_code,
+    reason = "vector loads, and calls of functions compiled for a CPU detected at run time"
+)]
 
 use super::kernel::{BOX_SLACK, BoxRay, Kernel, KernelTask};
 use super::node::{Node, WIDTH};
@@ -116,7 +119,8 @@ mod x86 {
         let near_row = ray.near_row[axis];
         debug_assert!(near_row < 6);
         // SAFETY: `BoxRay::new` makes `near_row` 2 * axis or 2 * axis + 1, so both rows are below 6.
-        let (low, high) = unsafe { (node.bounds.get_unchecked(near_row), node.bounds.get_unchecked(near_row ^ 1)) };
+        let (low, high) =
+            unsafe { (node.bounds.get_unchecked(near_row), node.bounds.get_unchecked(near_row ^ 1)) };
         let o = _mm256_set1_ps(ray.origin[axis]);
         let inv = _mm256_set1_ps(ray.inverse_direction[axis]);
         (_mm256_mul_ps(_mm256_sub_ps(load8(low), o), inv), _mm256_mul_ps(_mm256_sub_ps(load8(high), o), inv))
@@ -166,22 +170,16 @@ mod x86 {
         let (a, b, c) = (corner(block, ray, 0), corner(block, ray, 1), corner(block, ray, 2));
         let (mut u, mut v, mut w) = (edge(b, c), edge(c, a), edge(a, b));
         let zero = _mm_setzero_ps();
-        let is_zero = _mm_or_ps(
-            _mm_or_ps(_mm_cmpeq_ps(u, zero), _mm_cmpeq_ps(v, zero)),
-            _mm_cmpeq_ps(w, zero),
-        );
+        let is_zero =
+            _mm_or_ps(_mm_or_ps(_mm_cmpeq_ps(u, zero), _mm_cmpeq_ps(v, zero)), _mm_cmpeq_ps(w, zero));
         let zeros = _mm_movemask_ps(is_zero) as u32;
         if zeros != 0 {
             [u, v, w] = exact_lanes(zeros, [a, b, c], [u, v, w]);
         }
-        let any_negative = _mm_or_ps(
-            _mm_or_ps(_mm_cmplt_ps(u, zero), _mm_cmplt_ps(v, zero)),
-            _mm_cmplt_ps(w, zero),
-        );
-        let any_positive = _mm_or_ps(
-            _mm_or_ps(_mm_cmpgt_ps(u, zero), _mm_cmpgt_ps(v, zero)),
-            _mm_cmpgt_ps(w, zero),
-        );
+        let any_negative =
+            _mm_or_ps(_mm_or_ps(_mm_cmplt_ps(u, zero), _mm_cmplt_ps(v, zero)), _mm_cmplt_ps(w, zero));
+        let any_positive =
+            _mm_or_ps(_mm_or_ps(_mm_cmpgt_ps(u, zero), _mm_cmpgt_ps(v, zero)), _mm_cmpgt_ps(w, zero));
         // Exactly one of the two: a triangle with neither has a vanishing determinant. Absent lanes have neither.
         let inside = _mm_xor_ps(any_negative, any_positive);
         if _mm_movemask_ps(inside) == 0 {
@@ -189,10 +187,8 @@ mod x86 {
         }
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let depth = |p: [__m128; 3]| _mm_mul_ps(_mm_set1_ps(ray.scale[2]), p[2]);
-        let sum = _mm_add_ps(
-            _mm_add_ps(_mm_mul_ps(u, depth(a)), _mm_mul_ps(v, depth(b))),
-            _mm_mul_ps(w, depth(c)),
-        );
+        let sum =
+            _mm_add_ps(_mm_add_ps(_mm_mul_ps(u, depth(a)), _mm_mul_ps(v, depth(b))), _mm_mul_ps(w, depth(c)));
         let t = _mm_div_ps(sum, det);
         let in_range = _mm_and_ps(_mm_cmpge_ps(t, zero), _mm_cmple_ps(t, _mm_set1_ps(t_max)));
         let hit = _mm_and_ps(_mm_and_ps(inside, in_range), _mm_cmpneq_ps(det, zero));

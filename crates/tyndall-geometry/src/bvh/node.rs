@@ -101,7 +101,8 @@ impl Bounds {
         // Halved before adding, so that boxes up to f32::MAX stay finite.
         let center = self.min * 0.5 + self.max * 0.5;
         let half = self.max * 0.5 - self.min * 0.5;
-        let extent = linear.x_axis.abs() * half.x + linear.y_axis.abs() * half.y + linear.z_axis.abs() * half.z;
+        let extent =
+            linear.x_axis.abs() * half.x + linear.y_axis.abs() * half.y + linear.z_axis.abs() * half.z;
         let middle = *linear * center;
         // The shift cancels digits when the object is small and far away: bound what that rounds off.
         let rounding = (middle.abs() + extent + translation.abs()) * 1e-6;

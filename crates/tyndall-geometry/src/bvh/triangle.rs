@@ -34,7 +34,9 @@ impl Block {
     }
 
     pub(crate) fn corners(&self, lane: usize) -> [Vec3; 3] {
-        std::array::from_fn(|corner| Vec3::from_array(std::array::from_fn(|axis| self.rows[3 * corner + axis][lane])))
+        std::array::from_fn(|corner| {
+            Vec3::from_array(std::array::from_fn(|axis| self.rows[3 * corner + axis][lane]))
+        })
     }
 }
 
@@ -55,12 +57,22 @@ impl Shear {
         let d = ray.direction.to_array();
         let o = ray.origin.to_array();
         let m = d.map(f32::abs);
-        let kz = if m[0] > m[1] && m[0] > m[2] { 0 } else if m[1] > m[2] { 1 } else { 2 };
+        let kz = if m[0] > m[1] && m[0] > m[2] {
+            0
+        } else if m[1] > m[2] {
+            1
+        } else {
+            2
+        };
         let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
         if d[kz] < 0.0 {
             std::mem::swap(&mut kx, &mut ky);
         }
-        Self { axes: [kx, ky, kz], origin: [o[kx], o[ky], o[kz]], scale: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]] }
+        Self {
+            axes: [kx, ky, kz],
+            origin: [o[kx], o[ky], o[kz]],
+            scale: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]],
+        }
     }
 }
 
@@ -78,8 +90,14 @@ pub(crate) struct BlockHits {
 }
 
 impl BlockHits {
-    pub(crate) const NONE: Self =
-        Self { mask: 0, t: [0.0; LANES], u: [0.0; LANES], v: [0.0; LANES], w: [0.0; LANES], det: [0.0; LANES] };
+    pub(crate) const NONE: Self = Self {
+        mask: 0,
+        t: [0.0; LANES],
+        u: [0.0; LANES],
+        v: [0.0; LANES],
+        w: [0.0; LANES],
+        det: [0.0; LANES],
+    };
 }
 
 /// Sheared corners of one triangle of a block: `[[x, y]; 3]`.

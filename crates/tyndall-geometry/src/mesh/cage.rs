@@ -45,51 +45,70 @@ impl Dropped {
         self.count += 1;
     }
 
-    fn report(&self, path: &PrimPath, why: &str, action: &str, diagnostics: &mut Diagnostics) {
+    fn report(&self, path: &PrimPath, why: &str, diagnostics: &mut Diagnostics) {
         let Self { count, first } = self;
         if *count > 0 {
-            diagnostics.warn(path, format!("{count} faces {why} (the first is face {first})"), action);
+            let what = format!("{count} faces {why} (the first is face {first})");
+            diagnostics.warn(path, what, "these faces were left out");
         }
+    }
+}
+
+/// Why a face can't be used.
+#[derive(Clone, Copy)]
+enum Flaw {
+    TooFewCorners,
+    PointOutOfRange,
+    PointNotFinite,
+}
+
+impl Flaw {
+    const ALL: [(Self, &str); 3] = [
+        (Self::TooFewCorners, "have fewer than three corners"),
+        (Self::PointOutOfRange, "have points out of range"),
+        (Self::PointNotFinite, "have points that are not finite"),
+    ];
+
+    /// What is wrong with a face of `count` corners, of which `points` exist.
+    fn of_face(count: usize, points: Option<&[i32]>, finite: &[bool]) -> Option<Self> {
+        let is_finite = |i: &i32| usize::try_from(*i).ok().and_then(|i| finite.get(i)).copied();
+        if count < 3 {
+            return Some(Self::TooFewCorners);
+        }
+        let Some(points) = points else { return Some(Self::PointOutOfRange) };
+        if points.iter().any(|i| is_finite(i).is_none()) {
+            return Some(Self::PointOutOfRange);
+        }
+        points.iter().any(|i| is_finite(i) == Some(false)).then_some(Self::PointNotFinite)
     }
 }
 
 impl Cage {
     pub(crate) fn from_prim(path: &PrimPath, mesh: &Mesh, diagnostics: &mut Diagnostics) -> Self {
         let indices = &mesh.face_vertex_indices;
-        let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
-        let finite: Vec<bool> = mesh.points.iter().map(is_finite).collect();
-        let mut is_hole = vec![false; mesh.face_vertex_counts.len()];
-        for hole in mesh.hole_indices.iter().filter_map(|&h| usize::try_from(h).ok()) {
-            if let Some(flag) = is_hole.get_mut(hole) {
-                *flag = true;
-            }
-        }
-        let (mut small, mut outside, mut infinite) = Default::default();
-        let [small, outside, infinite]: [&mut Dropped; 3] = [&mut small, &mut outside, &mut infinite];
+        let finite: Vec<bool> = mesh.points.iter().map(|p| p.iter().all(|x| x.is_finite())).collect();
+        let is_hole = holes(mesh);
+        let mut dropped: [Dropped; 3] = Default::default();
         let mut faces = Vec::with_capacity(is_hole.len());
         let mut start = 0usize;
         for (source, &count) in mesh.face_vertex_counts.iter().enumerate() {
             let count = usize::try_from(count).unwrap_or(0);
             let range = start..start.saturating_add(count);
             start = range.end;
-            let points = indices.get(range.clone()).unwrap_or(&[]);
-            let valid = |i: &i32| usize::try_from(*i).is_ok_and(|i| i < finite.len());
-            if count < 3 {
-                small.add(source);
-            } else if points.is_empty() || !points.iter().all(valid) {
-                outside.add(source);
-            } else if !points.iter().all(|&i| finite[i as usize]) {
-                infinite.add(source);
-            } else if !is_hole[source] {
-                let (source, first_corner, n_corners) = (source as u32, range.start as u32, count as u32);
-                faces.push(Face { source, first_corner, n_corners });
+            match Flaw::of_face(count, indices.get(range.clone()), &finite) {
+                Some(flaw) => dropped[flaw as usize].add(source),
+                None if is_hole[source] => {}
+                None => {
+                    let (source, first_corner, n_corners) = (source as u32, range.start as u32, count as u32);
+                    faces.push(Face { source, first_corner, n_corners });
+                }
             }
         }
-        let dropped = "these faces were left out";
-        small.report(path, "have fewer than three corners", dropped, diagnostics);
-        outside.report(path, "have points out of range", dropped, diagnostics);
-        infinite.report(path, "have points that are not finite", dropped, diagnostics);
-        let point = |(p, &ok): (&[f32; 3], &bool)| if ok { DVec3::from(p.map(f64::from)) } else { DVec3::ZERO };
+        for ((_, why), dropped) in Flaw::ALL.iter().zip(&dropped) {
+            dropped.report(path, why, diagnostics);
+        }
+        let point =
+            |(p, &ok): (&[f32; 3], &bool)| if ok { DVec3::from(p.map(f64::from)) } else { DVec3::ZERO };
         let points = mesh.points.iter().zip(&finite).map(point).collect();
         let corners = indices.iter().map(|&i| u32::try_from(i).unwrap_or(0)).collect();
         Self { points, corners, faces }
@@ -102,4 +121,15 @@ impl Cage {
         let center = (min + max) * 0.5;
         if center.is_finite() { center } else { DVec3::ZERO }
     }
+}
+
+/// Whether each face is a hole.
+fn holes(mesh: &Mesh) -> Vec<bool> {
+    let mut is_hole = vec![false; mesh.face_vertex_counts.len()];
+    for hole in mesh.hole_indices.iter().filter_map(|&h| usize::try_from(h).ok()) {
+        if let Some(flag) = is_hole.get_mut(hole) {
+            *flag = true;
+        }
+    }
+    is_hole
 }

@@ -14,7 +14,11 @@ pub(super) struct Triangulator {
 impl Triangulator {
     /// Calls `emit` with the corner numbers of each triangle, wound as the polygon. A polygon of n corners gives n - 2
     /// triangles, fewer if corners coincide.
-    pub(super) fn triangulate(&mut self, points: impl Iterator<Item = DVec3>, mut emit: impl FnMut([u32; 3])) {
+    pub(super) fn triangulate(
+        &mut self,
+        points: impl Iterator<Item = DVec3>,
+        mut emit: impl FnMut([u32; 3]),
+    ) {
         self.points.clear();
         self.points.extend(points);
         match self.points.len() {
@@ -83,9 +87,27 @@ impl Triangulator {
         let size = normal.abs();
         let origin = self.points[0];
         let axes = match size.max_element() {
-            m if m == size.x => if normal.x > 0.0 { (1, 2) } else { (2, 1) },
-            m if m == size.y => if normal.y > 0.0 { (2, 0) } else { (0, 2) },
-            _ => if normal.z > 0.0 { (0, 1) } else { (1, 0) },
+            m if m == size.x => {
+                if normal.x > 0.0 {
+                    (1, 2)
+                } else {
+                    (2, 1)
+                }
+            }
+            m if m == size.y => {
+                if normal.y > 0.0 {
+                    (2, 0)
+                } else {
+                    (0, 2)
+                }
+            }
+            _ => {
+                if normal.z > 0.0 {
+                    (0, 1)
+                } else {
+                    (1, 0)
+                }
+            }
         };
         self.plane.clear();
         self.plane.extend(self.points.iter().map(|p| [(*p - origin)[axes.0], (*p - origin)[axes.1]]));

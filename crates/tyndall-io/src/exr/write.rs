@@ -3,8 +3,9 @@
 use crate::{IoError, MetaValue, write_atomically};
 use exr::prelude::{
     AnyChannel, AnyChannels, AttributeValue, Compression, FlatSamples, Image, LayerAttributes, LineOrder,
-    Text, WritableImage, f16,
+    Text, WritableImage,
 };
+use half::f16;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 use std::path::Path;

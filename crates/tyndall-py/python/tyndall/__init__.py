@@ -27,8 +27,11 @@ from tyndall._core import (
     Session,
     SettingsError,
     list_aovs,
+    node_kinds,
+    read_vdb_info,
     setting_specs,
     version,
+    write_vdb,
 )
 from tyndall.delegate import DirtyBits, RenderDelegate
 
@@ -47,7 +50,10 @@ __all__ = [
     "Session",
     "SettingsError",
     "list_aovs",
+    "node_kinds",
     "prims",
+    "read_vdb_info",
     "setting_specs",
     "version",
+    "write_vdb",
 ]

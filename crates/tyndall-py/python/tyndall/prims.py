@@ -1,12 +1,12 @@
 """The prims of a shot as a front end hands them to the render delegate.
 
-Each class mirrors the struct of the same name in the crate ``tyndall-scene``, field by field. Array arguments are
-converted once, here, to the contiguous dtype the core reads without copying again; a wrong shape raises ``ValueError``
-naming the argument.
+Each class mirrors the struct of the same name in the crate ``tyndall-scene``, field by field. Array arguments
+are converted once, here, to the contiguous dtype the core reads without copying again; a wrong shape raises
+``ValueError`` naming the argument.
 
-Conventions: stage units, never rescaled; linear Rec.709; matrices are float64 in *column-vector* convention, so
-``world_from_object @ [x, y, z, 1]`` (USD's ``Gf.Matrix4d`` and Blender's row storage differ: the front end transposes
-where needed).
+Conventions: stage units, never rescaled; linear Rec.709; matrices are float64 in *column-vector* convention,
+so ``world_from_object @ [x, y, z, 1]`` (USD's ``Gf.Matrix4d`` and Blender's row storage differ: the front end
+transposes where needed).
 """
 
 from __future__ import annotations
@@ -38,12 +38,16 @@ def identity() -> Matrix:
     return np.eye(4)
 
 
-def _array(name: str, value: npt.ArrayLike, dtype: type[np.generic], shape: tuple[int | None, ...]) -> npt.NDArray[Any]:
-    """Return `value` contiguous and of `dtype`, or raise naming `name` if it is not of `shape` (None: any length)."""
+def _array(
+    name: str, value: npt.ArrayLike, dtype: type[np.generic], shape: tuple[int | None, ...]
+) -> npt.NDArray[Any]:
+    """Return `value` contiguous and of `dtype`; raise if it is not of `shape` (``None`` is any length)."""
     array = np.ascontiguousarray(value, dtype=dtype)
     if array.size == 0 and None in shape:
         array = array.reshape(tuple(0 if n is None else n for n in shape))
-    if array.ndim != len(shape) or any(n is not None and n != m for n, m in zip(shape, array.shape, strict=True)):
+    if array.ndim != len(shape) or any(
+        n is not None and n != m for n, m in zip(shape, array.shape, strict=True)
+    ):
         wanted = ", ".join("n" if n is None else str(n) for n in shape)
         raise ValueError(f"{name} has shape {array.shape}; it must be ({wanted})")
     return array
@@ -71,7 +75,9 @@ class Primvar:
 
     def __post_init__(self) -> None:
         if self.interpolation not in INTERPOLATIONS:
-            raise ValueError(f"interpolation is {self.interpolation!r}; it must be one of {', '.join(INTERPOLATIONS)}")
+            raise ValueError(
+                f"interpolation is {self.interpolation!r}; it must be one of {', '.join(INTERPOLATIONS)}"
+            )
         values = np.ascontiguousarray(self.values, dtype=np.float32)
         if values.ndim == 1:
             values = values.reshape(-1, 1)
@@ -166,7 +172,9 @@ class Mesh:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Shape:
-    """An implicit shape around the object's origin; cylinder, cone and capsule stand along z, the plane faces +z.
+    """An implicit shape around the object's origin.
+
+    Cylinder, cone and capsule stand along z, the plane faces +z.
 
     `params` by kind: sphere {radius}; cube {size}; cylinder and capsule {radius_top, radius_bottom, height};
     cone {radius, height}; plane {width, length}.
@@ -257,7 +265,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Shaping:
-    """Restricts the directions of a light (UsdLuxShapingAPI); the cone's half angle is in degrees, 90 is open."""
+    """Restricts the directions of a light (UsdLuxShapingAPI); the cone's half angle is in degrees."""
 
     focus: float = 0.0
     focus_tint: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -269,8 +277,8 @@ class Shaping:
 class Light:
     """A light with UsdLux's parameters and units; colour temperature is already multiplied into `color`.
 
-    `params` by kind: sphere {radius, as_point}; rect {width, height, texture}; disk {radius};
-    cylinder {length, radius, as_line}; distant {angle in degrees}; dome {texture}. `texture` is a file path and absent
+    `params` by kind: sphere {radius, as_point}; rect {width, height, texture}; disk {radius}; cylinder
+    {length, radius, as_line}; distant {angle in degrees}; dome {texture}. `texture` is a file path and absent
     if there is none.
     """
 
@@ -324,8 +332,9 @@ class Material:
 class Camera:
     """A camera looking along its local -z with +y up.
 
-    `aperture` and `aperture_offset` have the unit of `focal_length` for perspective and are in stage units for
-    orthographic; `lens_radius`, `focus_distance` and `clipping_range` are in stage units. A radius of 0 is a pinhole.
+    `aperture` and `aperture_offset` have the unit of `focal_length` for perspective and are in stage units
+    for orthographic; `lens_radius`, `focus_distance` and `clipping_range` are in stage units. A radius of 0
+    is a pinhole.
     """
 
     world_from_camera: Matrix = field(default_factory=identity)

@@ -78,8 +78,7 @@ impl Path<'_> {
         }
         let lights = self.world.lights();
         let from = self.origin.position;
-        let pdf_light =
-            lights.probability(from, index) * lights.lights[index].pdf(from, self.ray.direction);
+        let pdf_light = lights.probability(from, index) * lights.lights[index].pdf(from, self.ray.direction);
         self.origin.pdf / (self.origin.pdf + pdf_light)
     }
 }

@@ -27,6 +27,6 @@ impl PathStatistics {
         self.shadow_rays += other.shadow_rays;
         self.surface_events += other.surface_events;
         self.volume_events += other.volume_events;
-        self.walks.merge(&other.walks);
+        self.walks += other.walks;
     }
 }

@@ -52,11 +52,12 @@ impl Path<'_> {
                 self.ray = Ray { origin, direction, t_max: self.ray.t_max - hit.t() };
                 return true;
             }
-            self.throughput *= (Rgb::ONE - surface.transparency) / (1.0 - straight);
+            self.throughput /= 1.0 - straight;
         }
         statistics.surface_events += 1;
         let wo = -self.ray.direction;
-        self.recorder.scatter_at_surface(|| surface.bsdf.albedo(&surface.frame, wo), surface.frame.normal());
+        self.recorder
+            .scatter_at_surface(|| surface.bsdf.albedo(&surface.frame, wo), surface.frame.frame.normal);
         if surface.emission != Rgb::ZERO {
             self.recorder.add(self.throughput * surface.emission);
         }

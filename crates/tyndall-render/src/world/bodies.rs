@@ -20,9 +20,7 @@ struct Body {
 impl LightBodies {
     pub(super) fn new(lights: &LightSet) -> Self {
         let bodies = (0..lights.lights.len())
-            .filter_map(|light| {
-                lights.lights[light].bounds().map(|(min, max)| Body { light, min, max })
-            })
+            .filter_map(|light| lights.lights[light].bounds().map(|(min, max)| Body { light, min, max }))
             .collect();
         Self { bodies }
     }
@@ -47,9 +45,7 @@ impl LightBodies {
     #[inline]
     pub(super) fn blocks(&self, lights: &LightSet, ray: &Ray, except: usize) -> bool {
         self.bodies.iter().any(|body| {
-            body.light != except
-                && body.may_meet(ray)
-                && lights.lights[body.light].intersect(ray).is_some()
+            body.light != except && body.may_meet(ray) && lights.lights[body.light].intersect(ray).is_some()
         })
     }
 }

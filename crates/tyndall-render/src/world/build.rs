@@ -1,5 +1,6 @@
 //! From a scene to a world.
 
+use super::World;
 use super::bodies::LightBodies;
 use super::cache::WorldCache;
 use super::clipping;
@@ -7,7 +8,6 @@ use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::placements::Placements;
 use super::surfaces::SurfacesBuilder;
-use super::World;
 use crate::camera::CameraModel;
 use glam::{DVec3, Vec3A};
 use tyndall_scene::prim::{self, Prim};
@@ -64,9 +64,15 @@ impl World {
         let mut media = MediaBuilder::default();
         for (path, prim) in scene.prims() {
             match prim {
-                Prim::Mesh(mesh) if mesh.visible => surfaces.add_mesh(path, mesh, &mut materials, &mut media, &mut context),
-                Prim::Shape(shape) if shape.visible => surfaces.add_shape(path, shape, &mut materials, &mut media, &mut context),
-                Prim::Volume(volume) if volume.visible => media.add_volume(path, volume, &mut materials, &mut context),
+                Prim::Mesh(mesh) if mesh.visible => {
+                    surfaces.add_mesh(path, mesh, &mut materials, &mut media, &mut context)
+                }
+                Prim::Shape(shape) if shape.visible => {
+                    surfaces.add_shape(path, shape, &mut materials, &mut media, &mut context)
+                }
+                Prim::Volume(volume) if volume.visible => {
+                    media.add_volume(path, volume, &mut materials, &mut context)
+                }
                 _ => {}
             }
         }
@@ -96,12 +102,12 @@ fn find_camera<'a>(
 ) -> Result<(PrimPath, &'a prim::Camera), WorldError> {
     let cameras: Vec<_> = scene
         .prims()
-        .filter_map(|(path, prim)| if let Prim::Camera(camera) = prim { Some((path, camera)) } else { None })
+        .filter_map(|(path, prim)| if let Prim::Camera(camera) = prim { Some((path, camera.as_ref())) } else { None })
         .collect();
     let names = || cameras.iter().map(|(path, _)| path.as_str()).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = settings.camera_path() {
         let found = cameras.iter().find(|(path, _)| **path == wanted);
-        return found.map(|(path, camera)| ((*path).clone(), camera.as_ref())).ok_or_else(|| {
+        return found.map(|(path, camera)| ((*path).clone(), *camera)).ok_or_else(|| {
             if cameras.is_empty() {
                 WorldError::NoCamera
             } else {
@@ -114,7 +120,7 @@ fn find_camera<'a>(
         let what = format!("the scene has {} cameras ({}) and none was asked for", cameras.len(), names());
         diagnostics.warn(path, what, "the first is used; choose one with --camera");
     }
-    Ok(((*path).clone(), camera.as_ref()))
+    Ok(((*path).clone(), *camera))
 }
 
 fn build_lights(context: &mut BuildContext) -> Vec<Light> {
@@ -128,7 +134,13 @@ fn build_lights(context: &mut BuildContext) -> Vec<Light> {
                 "the light reaches all lobes in full; leave both at 1",
             );
         }
-        lights.extend(Light::from_prim(path, light, context.origin, context.assets, &mut context.diagnostics));
+        lights.extend(Light::from_prim(
+            path,
+            light,
+            context.origin,
+            context.assets,
+            &mut context.diagnostics,
+        ));
     }
     lights
 }

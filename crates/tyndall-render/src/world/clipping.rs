@@ -18,7 +18,8 @@ pub(super) fn drop_if_nothing_is_left(
         Vec3A::new(pick(0), pick(1), pick(2))
     };
     let depths = (0..8).map(|i| camera.depth_of(corner(i)));
-    let (nearest, farthest) = depths.fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
+    let (nearest, farthest) =
+        depths.fold((f32::INFINITY, f32::NEG_INFINITY), |(a, b), d| (a.min(d), b.max(d)));
     let [near, far] = camera.clipping();
     if (farthest > 0.0 && farthest <= near) || nearest >= far {
         diagnostics.warn(

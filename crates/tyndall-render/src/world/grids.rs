@@ -28,7 +28,11 @@ pub(super) fn load(user: &PrimPath, path: &PrimPath, context: &mut BuildContext)
             let file = match context.assets.grid(&field.source) {
                 Ok(file) => file,
                 Err(error) => {
-                    context.diagnostics.error(path, error.to_string(), "the volume is drawn without this field");
+                    context.diagnostics.error(
+                        path,
+                        error.to_string(),
+                        "the volume is drawn without this field",
+                    );
                     return None;
                 }
             };
@@ -65,11 +69,7 @@ fn build(source: &GridSource) -> (Arc<BrickGrid>, GridReport) {
 fn build_sparse(grid: &Grid) -> (BrickGrid, GridReport) {
     BrickGrid::build(&SparseVoxels {
         leaves: grid.leaves.iter().map(|leaf| (leaf.origin, leaf.values.as_slice())).collect(),
-        tiles: grid
-            .tiles
-            .iter()
-            .map(|tile| (tile.origin, 1u32 << tile.size_log2, tile.value))
-            .collect(),
+        tiles: grid.tiles.iter().map(|tile| (tile.origin, 1u32 << tile.size_log2, tile.value)).collect(),
         background: grid.background,
     })
 }
@@ -118,7 +118,8 @@ fn report(path: &PrimPath, found: &GridReport, diagnostics: &mut Diagnostics) {
         diagnostics.warn(path, what, "they are cut to the largest usable density");
     }
     if found.dropped_count > 0 {
-        let what = format!("{} leaves or tiles lie outside the index range or are damaged", found.dropped_count);
+        let what =
+            format!("{} leaves or tiles lie outside the index range or are damaged", found.dropped_count);
         diagnostics.warn(path, what, "they are left out");
     }
     if found.nonzero_background {

@@ -2,13 +2,9 @@
 
 use super::build::BuildContext;
 use rustc_hash::FxHashMap;
-use std::collections::BTreeMap;
 use tyndall_scene::PrimPath;
-use tyndall_scene::prim::{self, NodeInput, Prim, ShadingNode};
+use tyndall_scene::prim::Prim;
 use tyndall_shading::CompiledMaterial;
-
-/// What is drawn without a (usable) material: the grey card every renderer agrees on.
-const DEFAULT_ALBEDO: [f32; 3] = [0.18; 3];
 
 /// Compiled materials of a world in the making.
 #[derive(Default)]
@@ -19,7 +15,12 @@ pub(super) struct Materials {
 
 impl Materials {
     /// The material that `user` is bound to; a grey default, with a message, if there is none at `path`.
-    pub(super) fn bound(&mut self, path: Option<&PrimPath>, user: &PrimPath, context: &mut BuildContext) -> usize {
+    pub(super) fn bound(
+        &mut self,
+        path: Option<&PrimPath>,
+        user: &PrimPath,
+        context: &mut BuildContext,
+    ) -> usize {
         let material = path.and_then(|path| match context.scene.get(path) {
             Some(Prim::Material(material)) => Some((path, material)),
             _ => {
@@ -39,9 +40,9 @@ impl Materials {
             Some((path, _)) => {
                 let action = "a grey default is used; connect a surface or a volume";
                 context.diagnostics.warn(path, "the material has neither a surface nor a volume", action);
-                self.default_material(user, context)
+                CompiledMaterial::fallback()
             }
-            None => self.default_material(user, context),
+            None => CompiledMaterial::fallback(),
         };
         self.compiled.push(compiled);
         self.index_of.insert(key, self.compiled.len() - 1);
@@ -55,15 +56,5 @@ impl Materials {
 
     pub(super) fn finish(self) -> Vec<CompiledMaterial> {
         self.compiled
-    }
-
-    fn default_material(&self, user: &PrimPath, context: &mut BuildContext) -> CompiledMaterial {
-        let inputs = BTreeMap::from([("color".to_owned(), NodeInput::Vector(DEFAULT_ALBEDO))]);
-        let material = prim::Material {
-            nodes: vec![ShadingNode { kind: "diffuse".to_owned(), inputs }],
-            surface: Some(0),
-            volume: None,
-        };
-        CompiledMaterial::compile(user, &material, context.assets, &mut context.diagnostics)
     }
 }

@@ -75,7 +75,11 @@ impl MediaBuilder {
         let is_filled = material.density_field.is_some() || material.emission_field.is_some();
         if is_filled {
             let action = "the field counts as 1 everywhere; bind the material to a Volume prim";
-            context.diagnostics.warn(path, "a volume material that reads a field is bound to a surface", action);
+            context.diagnostics.warn(
+                path,
+                "a volume material that reads a field is bound to a surface",
+                action,
+            );
         }
         if !mesh.is_closed() {
             context.diagnostics.warn(
@@ -91,7 +95,10 @@ impl MediaBuilder {
                     world_from_box: relative_to(context.origin, *world_from_object * mesh.object_from_unit()),
                 },
                 ShapeOfSurface::Sphere => BoundaryShape::Sphere {
-                    world_from_sphere: relative_to(context.origin, *world_from_object * mesh.object_from_unit()),
+                    world_from_sphere: relative_to(
+                        context.origin,
+                        *world_from_object * mesh.object_from_unit(),
+                    ),
                 },
                 ShapeOfSurface::Triangles => BoundaryShape::Mesh {
                     blas: Arc::clone(mesh.blas()),
@@ -152,15 +159,30 @@ impl MediaBuilder {
     ) {
         let Some(loaded) = grids::load(path, field, context) else { return };
         let Some([min, max]) = loaded.grid.bounds() else { return };
-        let instances =
-            context.placements.of(path, DAffine3::IDENTITY, volume.instancer.as_ref(), &mut context.diagnostics);
+        let instances = context.placements.of(
+            path,
+            DAffine3::IDENTITY,
+            volume.instancer.as_ref(),
+            &mut context.diagnostics,
+        );
         for world_from_instance in instances {
             let world_from_index = world_from_instance * loaded.world_from_index;
             if !is_invertible(&world_from_index) {
-                context.diagnostics.warn(field, "its transform is singular or not finite", "the volume is not drawn");
+                context.diagnostics.warn(
+                    field,
+                    "its transform is singular or not finite",
+                    "the volume is not drawn",
+                );
                 continue;
             }
-            self.place(&loaded, relative_to(context.origin, world_from_index), min, max, material, is_density);
+            self.place(
+                &loaded,
+                relative_to(context.origin, world_from_index),
+                min,
+                max,
+                material,
+                is_density,
+            );
         }
         self.grids.push(loaded.grid);
     }
@@ -175,12 +197,14 @@ impl MediaBuilder {
         is_density: bool,
     ) {
         let (center, half) = ((min + max).as_dvec3() * 0.5, (max - min).as_dvec3() * 0.5);
-        let world_from_box = world_from_index * DAffine3::from_scale_rotation_translation(half, glam::DQuat::IDENTITY, center);
+        let world_from_box =
+            world_from_index * DAffine3::from_scale_rotation_translation(half, glam::DQuat::IDENTITY, center);
         self.grow(box_corners(min, max).map(|p| world_from_index.transform_point3(p.as_dvec3()).as_vec3a()));
         let mut medium = homogeneous(material);
         if is_density {
             let grid = Arc::clone(&loaded.grid);
-            medium.density = Some(GridDensity { grid, index_from_world: world_from_index.inverse().as_affine3a() });
+            medium.density =
+                Some(GridDensity { grid, index_from_world: world_from_index.inverse().as_affine3a() });
         }
         self.list.push(medium);
         self.shapes.push(BoundaryShape::Box { world_from_box });

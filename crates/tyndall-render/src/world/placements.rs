@@ -123,8 +123,12 @@ mod tests {
             ("/inner", instancer(&[1.0, 2.0, 3.0], Some("/outer"))),
         ]);
         let mut diagnostics = Diagnostics::default();
-        let placements =
-            Placements::new(&scene).of(&"/p".into(), translate(0.5), Some(&"/inner".into()), &mut diagnostics);
+        let placements = Placements::new(&scene).of(
+            &"/p".into(),
+            translate(0.5),
+            Some(&"/inner".into()),
+            &mut diagnostics,
+        );
         let x: Vec<f64> = placements.iter().map(|p| p.translation.x).collect();
         assert_eq!(x, [1.5, 2.5, 3.5, 101.5, 102.5, 103.5]);
         assert!(diagnostics.is_empty());
@@ -132,14 +136,15 @@ mod tests {
 
     #[test]
     fn cycles_and_missing_instancers_are_reported() {
-        let scene = scene(vec![
-            ("/a", instancer(&[0.0], Some("/b"))),
-            ("/b", instancer(&[0.0], Some("/a"))),
-        ]);
+        let scene = scene(vec![("/a", instancer(&[0.0], Some("/b"))), ("/b", instancer(&[0.0], Some("/a")))]);
         let mut diagnostics = Diagnostics::default();
         let mut placements = Placements::new(&scene);
-        assert!(placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/a".into()), &mut diagnostics).is_empty());
-        assert!(placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/c".into()), &mut diagnostics).is_empty());
+        assert!(
+            placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/a".into()), &mut diagnostics).is_empty()
+        );
+        assert!(
+            placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/c".into()), &mut diagnostics).is_empty()
+        );
         assert_eq!(diagnostics.as_slice().len(), 2, "{diagnostics:?}");
     }
 

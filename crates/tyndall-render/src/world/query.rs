@@ -69,7 +69,9 @@ impl World {
     pub(crate) fn find_spans(&self, ray: &Ray, scratch: &mut WorldScratch) {
         let WorldScratch { spans, crossings } = scratch;
         spans.clear();
-        self.media.boundaries().spans(ray, crossings, &mut |medium, t0, t1| spans.push(Span { t0, t1, medium }));
+        self.media
+            .boundaries()
+            .spans(ray, crossings, &mut |medium, t0, t1| spans.push(Span { t0, t1, medium }));
     }
 
     /// What of the light of light `index` reaches the ray's origin: surfaces and other lights' bodies block, media

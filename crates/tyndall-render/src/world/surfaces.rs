@@ -11,6 +11,7 @@ use std::sync::Arc;
 use tyndall_geometry::{Accel, Blas, Instance, TriangleMesh};
 use tyndall_scene::prim::{Mesh, Primvar, Shape, ShapeKind};
 use tyndall_scene::{Diagnostics, PrimPath};
+use tyndall_shading::CompiledMaterial;
 
 /// What a surface is made of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -107,8 +108,17 @@ impl SurfaceMesh {
     }
 
     fn memory_bytes(&self) -> usize {
-        self.blas.memory_bytes() + self.triangles.as_ref().map_or(0, TriangleMesh::memory_bytes)
+        self.blas.memory_bytes() + self.triangles.as_ref().map_or(0, bytes_of)
     }
+}
+
+fn bytes_of(triangles: &TriangleMesh) -> usize {
+    size_of_val(triangles.positions.as_slice())
+        + size_of_val(triangles.indices.as_slice())
+        + size_of_val(triangles.face.as_slice())
+        + size_of_val(triangles.corner.as_slice())
+        + size_of_val(triangles.subset.as_slice())
+        + triangles.normals.as_ref().map_or(0, |n| size_of_val(n.as_slice()))
 }
 
 /// A prim's surface: mesh, materials and primvars.
@@ -185,7 +195,8 @@ impl SurfacesBuilder {
         context: &mut BuildContext,
     ) {
         let source = MeshSource::Mesh(Arc::clone(mesh));
-        let built = context.cache.meshes.get_or_build(path.clone(), source, |_| SurfaceMesh::of_mesh(path, mesh));
+        let built =
+            context.cache.meshes.get_or_build(path.clone(), source, |_| SurfaceMesh::of_mesh(path, mesh));
         let slots: Vec<usize> = std::iter::once(materials.bound(mesh.material.as_ref(), path, context))
             .chain(mesh.subsets.iter().map(|subset| {
                 materials.bound(subset.material.as_ref().or(mesh.material.as_ref()), path, context)
@@ -240,7 +251,8 @@ impl SurfacesBuilder {
         let n_all = placements.len();
         placements.retain(is_invertible);
         if placements.len() < n_all {
-            let what = format!("{} of {n_all} placements are singular or not finite", n_all - placements.len());
+            let what =
+                format!("{} of {n_all} placements are singular or not finite", n_all - placements.len());
             context.diagnostics.warn(path, what, "they are not drawn; check the scale of the transform");
         }
         if let Some(volume) = materials.get(slots[0]).volume() {
@@ -256,22 +268,15 @@ impl SurfacesBuilder {
             self.instances.push(Instance { blas: Arc::clone(mesh.blas()), world_from_object });
             self.prim_of_instance.push(index);
         }
-        let shared: BTreeMap<_, _> = primvars.iter().map(|(name, p)| (name, Arc::new(p.clone()))).collect();
-        let primvars = slots
-            .iter()
-            .map(|&slot| {
-                let wanted = materials.get(slot).required_primvars();
-                wanted.iter().map(|name| shared.get(name).cloned()).collect()
-            })
-            .collect();
+        let primvars = read_primvars(&mesh, primvars, slots.iter().map(|&slot| materials.get(slot)));
         let materials = slots.into_iter().map(|slot| slot as u32).collect();
         self.prims.push(SurfacePrim { mesh, materials, primvars });
     }
 
     pub(super) fn finish(self, materials: &Materials) -> Surfaces {
         let used = || self.prims.iter().flat_map(|p| &p.materials).map(|&m| materials.get(m as usize));
-        let all_opaque = used().all(tyndall_shading::CompiledMaterial::is_opaque);
-        let is_emissive = used().any(tyndall_shading::CompiledMaterial::is_emissive);
+        let all_opaque = used().all(CompiledMaterial::is_opaque);
+        let is_emissive = used().any(CompiledMaterial::is_emissive);
         Surfaces {
             all_opaque,
             is_emissive,
@@ -280,6 +285,23 @@ impl SurfacesBuilder {
             prim_of_instance: self.prim_of_instance,
         }
     }
+}
+
+/// For each material the primvars it reads, refined like the mesh; those nobody reads are not touched.
+fn read_primvars<'a>(
+    mesh: &SurfaceMesh,
+    primvars: &BTreeMap<String, Primvar>,
+    materials: impl Iterator<Item = &'a CompiledMaterial>,
+) -> Vec<Vec<Option<Arc<Primvar>>>> {
+    let mut refined = BTreeMap::<String, Arc<Primvar>>::new();
+    let mut lookup = |name: &String| {
+        let primvar = primvars.get(name)?;
+        let entry = refined.entry(name.clone()).or_insert_with(|| {
+            Arc::new(mesh.triangles().map_or_else(|| primvar.clone(), |t| t.refine(primvar).into_owned()))
+        });
+        Some(Arc::clone(entry))
+    };
+    materials.map(|material| material.required_primvars().iter().map(&mut lookup).collect()).collect()
 }
 
 /// A prim on its way into the world.

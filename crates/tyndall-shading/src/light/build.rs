@@ -35,7 +35,11 @@ impl<'a> LightBuilder<'a> {
         let linear = prim.world_from_light.matrix3;
         let center = prim.world_from_light.translation - world_origin;
         if !(linear.is_finite() && center.is_finite()) {
-            diags.error(path, "the light's transform is not finite", "the light was removed; repair its transform");
+            diags.error(
+                path,
+                "the light's transform is not finite",
+                "the light was removed; repair its transform",
+            );
             return None;
         }
         Some(Self { path, prim, linear, center, assets, diags })
@@ -91,7 +95,10 @@ impl<'a> LightBuilder<'a> {
         let color = DVec3::new(p.color[0].into(), p.color[1].into(), p.color[2].into());
         if !(scale.is_finite() && color.is_finite() && size.is_finite()) {
             return self.reject(
-                format!("intensity {}, exposure {} and color {:?} are not finite", p.intensity, p.exposure, p.color),
+                format!(
+                    "intensity {}, exposure {} and color {:?} are not finite",
+                    p.intensity, p.exposure, p.color
+                ),
                 "the light was removed; set finite values",
             );
         }
@@ -118,8 +125,10 @@ impl<'a> LightBuilder<'a> {
     /// Radiance and shaping of a body whose world-space surface area is `area`.
     pub(super) fn area_emission(&mut self, area: f64) -> Option<Emission> {
         if !(area > 0.0 && area.is_finite()) {
-            return self
-                .reject(format!("the surface area is {area}"), "the light was removed; give it a size or scale");
+            return self.reject(
+                format!("the surface area is {area}"),
+                "the light was removed; give it a size or scale",
+            );
         }
         let size = if self.prim.normalize { area } else { 1.0 };
         let radiance = self.radiance(size)?;

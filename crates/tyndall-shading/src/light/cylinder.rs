@@ -1,7 +1,9 @@
 //! A tube along x, without caps, that emits outwards; elliptical under non-uniform scale.
 //!
-//! Only the arc that faces the receiver is sampled: uniformly in the angle around the axis and along it. Affine maps
-//! keep tangents, so the arc is found in the space in which the tube has unit radius.
+//! Points are drawn uniformly along the axis and uniformly in the angle under which the receiver sees the tube across
+//! its axis, in the space in which the tube has unit radius. Only the visible side is drawn, and the density has no
+//! peak at the silhouette: with psi the largest such angle, r the distance across the axis (in that space), d the
+//! distance and |M| the determinant of the map to world space, it is d^3 / (4 psi |M| r^2) per steradian.
 
 use super::build::LightBuilder;
 use super::emission::Emission;
@@ -18,31 +20,40 @@ pub(super) struct Cylinder {
     /// Columns: half the axis, and the two radii.
     world_from_unit: Mat3A,
     unit_from_world: Mat3A,
+    /// Cube root of the determinant.
+    scale: f32,
     emission: Emission,
     /// Largest channel of the power divided by 4 pi.
     intensity: f64,
 }
 
-/// The visible arc of the unit circle from a point outside it.
-struct Arc {
-    middle: f32,
+/// The tube across its axis, seen from a point outside.
+struct View {
+    /// From the axis to the point, in units of the radius: > 1.
+    rho: f32,
+    /// Unit vector across the axis, from the point towards it.
+    inward: Vec2,
+    /// Half of the angle that the tube fills.
     half_angle: f32,
 }
 
 impl Cylinder {
     pub(super) fn build(builder: &mut LightBuilder, length: f64, radius: f64) -> Option<Self> {
         let linear = builder.linear;
-        let m = DMat3::from_cols(linear.x_axis * (0.5 * length), linear.y_axis * radius, linear.z_axis * radius);
+        let m =
+            DMat3::from_cols(linear.x_axis * (0.5 * length), linear.y_axis * radius, linear.z_axis * radius);
         let area = tube_area(m);
         let emission = builder.area_emission(area)?;
         if m.determinant() == 0.0 {
-            return builder.reject("the transform flattens the cylinder", "the light was removed; use a RectLight");
+            return builder
+                .reject("the transform flattens the cylinder", "the light was removed; use a RectLight");
         }
         Some(Self {
             center: builder.center.as_vec3a(),
             world_from_unit: Mat3A::from_cols(m.x_axis.as_vec3a(), m.y_axis.as_vec3a(), m.z_axis.as_vec3a()),
             unit_from_world: inverse(m),
             intensity: f64::from(emission.radiance.max_element()) * area * 0.25 * emission.mean_factor(),
+            scale: m.determinant().abs().cbrt() as f32,
             emission,
         })
     }
@@ -53,24 +64,20 @@ impl Cylinder {
     }
 
     #[inline]
-    fn arc(&self, p: Vec3A) -> Option<Arc> {
-        let rho = p.y.hypot(p.z);
+    fn view(p: Vec3A) -> Option<View> {
+        let across = Vec2::new(p.y, p.z);
+        let rho = across.length();
         let is_outside = rho > 1.0 && rho.is_finite();
-        is_outside.then(|| Arc {
-            middle: p.z.atan2(p.y),
-            half_angle: ((rho - 1.0) * (rho + 1.0)).sqrt().atan(),
+        is_outside.then(|| {
+            let tangent = ((rho - 1.0) * (rho + 1.0)).sqrt();
+            View { rho, inward: -across / rho, half_angle: 1f32.atan2(tangent) }
         })
     }
 
-    /// Density per steradian of drawing the point at angle (sin, cos) around the axis, seen along `direction`.
+    /// Density per steradian of a point at `distance` in the world and `r` across the axis in unit space.
     #[inline]
-    fn density(&self, arc: &Arc, sin_cos: (f32, f32), distance: f32, direction: Vec3A) -> f32 {
-        let m = &self.world_from_unit;
-        let around = m.z_axis * sin_cos.1 - m.y_axis * sin_cos.0;
-        let element = m.x_axis.cross(around);
-        // The area element's length times the cosine at the light is this projection.
-        let projected = element.dot(direction).abs();
-        distance * distance / (projected * 4.0 * arc.half_angle)
+    fn density(&self, view: &View, distance: f32, r: f32) -> f32 {
+        (distance / self.scale).powi(3) / (4.0 * view.half_angle * r * r)
     }
 
     /// Parameters of both hits of the line with the infinite tube, nearest first.
@@ -108,14 +115,17 @@ impl Emitter for Cylinder {
     };
 
     fn sample(&self, from: Vec3A, u: Vec2) -> Option<LightSample> {
-        let arc = self.arc(self.unit_position(from))?;
-        let angle = arc.middle + (2.0 * u.y - 1.0) * arc.half_angle;
-        let (sin, cos) = angle.sin_cos();
-        let point = self.center + self.world_from_unit * Vec3A::new(2.0 * u.x - 1.0, cos, sin);
-        let offset = point - from;
+        let p = self.unit_position(from);
+        let view = Self::view(p)?;
+        let psi = (2.0 * u.y - 1.0) * view.half_angle;
+        let (sin, cos) = psi.sin_cos();
+        let across = (view.rho * sin).powi(2);
+        let r = view.rho * cos - (1.0 - across).max(0.0).sqrt();
+        let step = Vec2::new(cos, sin).rotate(view.inward) * r;
+        let offset = self.world_from_unit * Vec3A::new(2.0 * u.x - 1.0 - p.x, step.x, step.y);
         let distance = offset.length();
         let direction = offset / distance;
-        let pdf = self.density(&arc, (sin, cos), distance, direction);
+        let pdf = self.density(&view, distance, r);
         (pdf > 0.0 && pdf.is_finite()).then(|| LightSample {
             direction,
             distance,
@@ -127,14 +137,13 @@ impl Emitter for Cylinder {
 
     fn pdf(&self, from: Vec3A, direction: Vec3A) -> f32 {
         let o = self.unit_position(from);
-        let Some(arc) = self.arc(o) else { return 0.0 };
+        let Some(view) = Self::view(o) else { return 0.0 };
         let d = self.unit_from_world * direction;
         let Some([t, _]) = Self::roots(o, d) else { return 0.0 };
-        let p = o + d * t;
-        if !(t > 0.0 && p.x.abs() <= 1.0) {
+        if !(t > 0.0 && (o.x + d.x * t).abs() <= 1.0) {
             return 0.0;
         }
-        let pdf = self.density(&arc, (p.z, p.y), t, direction);
+        let pdf = self.density(&view, t, t * d.y.hypot(d.z));
         if pdf.is_finite() { pdf } else { 0.0 }
     }
 

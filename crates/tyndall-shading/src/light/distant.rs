@@ -28,7 +28,10 @@ pub(super) struct Distant {
 impl Distant {
     pub(super) fn build(builder: &mut LightBuilder, angle: f64) -> Option<Self> {
         if !angle.is_finite() {
-            return builder.reject(format!("angle {angle} is not finite"), "the light was removed; set an angle in degrees");
+            return builder.reject(
+                format!("angle {angle} is not finite"),
+                "the light was removed; set an angle in degrees",
+            );
         }
         let theta = (0.5 * angle.to_radians()).clamp(0.0, PI);
         let size = size_factor(theta);
@@ -39,7 +42,8 @@ impl Distant {
         }
         let axis = (builder.linear * DVec3::Z).try_normalize();
         let Some(axis) = axis else {
-            return builder.reject("the transform has no z axis", "the light was removed; repair its transform");
+            return builder
+                .reject("the transform has no z axis", "the light was removed; repair its transform");
         };
         let irradiance = f64::from(radiance.max_element()) * if is_beam { 1.0 } else { size };
         Some(Self {
@@ -67,7 +71,13 @@ impl Emitter for Distant {
     const KIND: KindSpec = KindSpec {
         name: "distant",
         doc: "Light from infinitely far, travelling along -z.",
-        params: &[ParamSpec::float("angle", 0.53, [0.0, 360.0], "degrees", "Angular diameter; 0 is a parallel beam.")],
+        params: &[ParamSpec::float(
+            "angle",
+            0.53,
+            [0.0, 360.0],
+            "degrees",
+            "Angular diameter; 0 is a parallel beam.",
+        )],
     };
     const IS_INFINITE: bool = true;
 

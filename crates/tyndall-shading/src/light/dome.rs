@@ -39,7 +39,8 @@ impl Dome {
             None => None,
         };
         let Some(world_from_dome) = rotation(builder.linear) else {
-            return builder.reject("the transform is singular", "the light was removed; repair its transform");
+            return builder
+                .reject("the transform is singular", "the light was removed; repair its transform");
         };
         Some(Self { radiance, image, world_from_dome, mean })
     }
@@ -81,7 +82,12 @@ impl Emitter for Dome {
     const KIND: KindSpec = KindSpec {
         name: "dome",
         doc: "Light from all directions, constant or an image.",
-        params: &[ParamSpec::text("texture:file", "", "", "Lat-long image; the middle lies at +z, +x at a quarter.")],
+        params: &[ParamSpec::text(
+            "texture:file",
+            "",
+            "",
+            "Lat-long image; the middle lies at +z, +x at a quarter.",
+        )],
     };
     const IS_INFINITE: bool = true;
 
@@ -94,7 +100,13 @@ impl Emitter for Dome {
             }
         };
         let direction = (self.world_from_dome * local).normalize();
-        (pdf > 0.0).then_some(LightSample { direction, distance: f32::INFINITY, radiance, pdf, is_delta: false })
+        (pdf > 0.0).then_some(LightSample {
+            direction,
+            distance: f32::INFINITY,
+            radiance,
+            pdf,
+            is_delta: false,
+        })
     }
 
     fn pdf(&self, _: Vec3A, direction: Vec3A) -> f32 {

@@ -74,7 +74,13 @@ impl Emitter for Line {
         let direction = offset / distance;
         // 2 r L sin(theta) / d^2 over the density apart / ((b - a) d^2), with sin(theta) = apart / d.
         let radiance = self.strength.towards(-direction) * ((b - a) / distance);
-        Some(LightSample { direction, distance, radiance: radiance.min(Rgb::splat(f32::MAX)), pdf: 1.0, is_delta: true })
+        Some(LightSample {
+            direction,
+            distance,
+            radiance: radiance.min(Rgb::splat(f32::MAX)),
+            pdf: 1.0,
+            is_delta: true,
+        })
     }
 
     fn pdf(&self, _: Vec3A, _: Vec3A) -> f32 {

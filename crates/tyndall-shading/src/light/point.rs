@@ -23,7 +23,7 @@ pub(super) struct Point {
 impl Point {
     pub(super) fn build(builder: &mut LightBuilder, radius: f64) -> Option<Self> {
         let area = if builder.prim.normalize { 1.0 } else { ellipsoid_area(builder.linear * radius) };
-        if !(area > 0.0) {
+        if area <= 0.0 || area.is_nan() {
             return builder.reject(
                 "a point light without radius has no area to emit from",
                 "the light was removed; set normalize or a radius",
@@ -51,7 +51,13 @@ impl Emitter for Point {
         let direction = offset / distance;
         // Divided twice: the square of the distance may leave f32.
         let radiance = self.intensity.towards(-direction) / distance / distance;
-        Some(LightSample { direction, distance, radiance: radiance.min(Rgb::splat(f32::MAX)), pdf: 1.0, is_delta: true })
+        Some(LightSample {
+            direction,
+            distance,
+            radiance: radiance.min(Rgb::splat(f32::MAX)),
+            pdf: 1.0,
+            is_delta: true,
+        })
     }
 
     fn pdf(&self, _: Vec3A, _: Vec3A) -> f32 {

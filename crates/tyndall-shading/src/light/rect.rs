@@ -35,7 +35,8 @@ impl Rect {
         let area = 4.0 * found.as_ref().map_or(0.0, |(_, area)| *area);
         let emission = builder.area_emission(area)?;
         let (plane, _) = found?;
-        let texture = texture.and_then(|path| builder.image(path)).map(|i| Texture::new(i, Wrap::Clamp, Wrap::Clamp));
+        let texture =
+            texture.and_then(|path| builder.image(path)).map(|i| Texture::new(i, Wrap::Clamp, Wrap::Clamp));
         let mean = texture.as_ref().map_or(1.0, |t| f64::from(t.mean().max_element()));
         if mean == 0.0 {
             return None;

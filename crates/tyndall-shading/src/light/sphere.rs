@@ -31,8 +31,9 @@ impl Sphere {
         let world_from_unit = builder.linear * radius;
         let emission = builder.area_emission(ellipsoid_area(world_from_unit))?;
         let scale = world_from_unit.determinant().abs().cbrt();
-        if !(scale > 0.0) {
-            return builder.reject("the transform flattens the sphere", "the light was removed; use a DiskLight");
+        if scale <= 0.0 || scale.is_nan() {
+            return builder
+                .reject("the transform flattens the sphere", "the light was removed; use a DiskLight");
         }
         let unimodular = world_from_unit * (1.0 / scale);
         let area = ellipsoid_area(world_from_unit);
@@ -68,7 +69,13 @@ impl Emitter for Sphere {
     const KIND: KindSpec = KindSpec {
         name: "sphere",
         doc: "A sphere that emits outwards.",
-        params: &[ParamSpec::float("radius", 0.5, POSITIVE, "stage units", "Radius in the light's own space.")],
+        params: &[ParamSpec::float(
+            "radius",
+            0.5,
+            POSITIVE,
+            "stage units",
+            "Radius in the light's own space.",
+        )],
     };
 
     fn sample(&self, from: Vec3A, u: Vec2) -> Option<LightSample> {
@@ -118,7 +125,7 @@ impl Emitter for Sphere {
         let a = d.length_squared();
         let middle = -o.dot(d) / a;
         let half_chord2 = (1.0 - (o + d * middle).length_squared()) / a;
-        if !(half_chord2 >= 0.0) {
+        if half_chord2 < 0.0 || half_chord2.is_nan() {
             return None;
         }
         let half_chord = half_chord2.sqrt();
@@ -151,11 +158,8 @@ pub(super) fn inverse(m: DMat3) -> Mat3A {
 ///
 /// The trapezoid and midpoint rules converge exponentially here: the integrand is smooth and periodic.
 pub(super) fn ellipsoid_area(m: DMat3) -> f64 {
-    let cofactor = DMat3::from_cols(
-        m.y_axis.cross(m.z_axis),
-        m.z_axis.cross(m.x_axis),
-        m.x_axis.cross(m.y_axis),
-    );
+    let cofactor =
+        DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
     let (n_theta, n_phi) = (256, 128);
     let mut sum = 0.0;
     for i in 0..n_theta {

@@ -75,18 +75,25 @@ impl Bsdf {
         self.transparency = (self.transparency + fraction).min(Rgb::ONE);
     }
 
+    /// Adds all of `other` times `weight`. Returns whether there was room for all its lobes.
+    pub fn add_scaled(&mut self, other: &Self, weight: Rgb) -> bool {
+        let mut has_room = true;
+        for it in other.active().iter().filter(|_| weight != Rgb::ZERO) {
+            has_room = self.n_lobes < MAX_LOBES;
+            if has_room {
+                self.lobes[self.n_lobes] = WeightedLobe { lobe: it.lobe, weight: it.weight * weight };
+                self.n_lobes += 1;
+            }
+        }
+        self.add_transparency(other.transparency * weight);
+        has_room
+    }
+
     /// `(1 - t)` times `a` plus `t` times `b`; lobes beyond [`MAX_LOBES`] are dropped.
     pub fn mix(a: &Self, b: &Self, t: f32) -> Self {
         let mut mixed = Self::black();
-        for (bsdf, weight) in [(a, 1.0 - t), (b, t)] {
-            for it in &bsdf.lobes[..bsdf.n_lobes] {
-                if mixed.n_lobes < MAX_LOBES {
-                    mixed.lobes[mixed.n_lobes] = WeightedLobe { lobe: it.lobe, weight: it.weight * weight };
-                    mixed.n_lobes += 1;
-                }
-            }
-            mixed.add_transparency(bsdf.transparency * weight);
-        }
+        mixed.add_scaled(a, Rgb::splat(1.0 - t));
+        mixed.add_scaled(b, Rgb::splat(t));
         mixed
     }
 

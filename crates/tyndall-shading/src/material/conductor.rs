@@ -4,7 +4,7 @@
 use super::directional_albedo::{average, split_sum};
 use super::frame::LocalFrame;
 use super::microfacet::{Ggx, Roughness, mirror, reflect};
-use super::{BsdfValue, LobeSample, Scatter, fresnel, unit_color};
+use super::{BsdfValue, LobeSample, Scatter, fresnel, limited, unit_color};
 use glam::{Vec2, Vec3A};
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use tyndall_math::{INV_PI, Rgb};
@@ -43,7 +43,7 @@ impl Conductor {
 
     /// From refractive index and extinction coefficient per channel.
     pub fn from_index(n: Rgb, k: Rgb, roughness: f32) -> Self {
-        let clean = |c: Rgb| Rgb::new(c.x.max(0.0).min(100.0), c.y.max(0.0).min(100.0), c.z.max(0.0).min(100.0));
+        let clean = |c: Rgb| Rgb::from_array(c.to_array().map(|x| limited(x, 100.0)));
         let (n, k) = (clean(n), clean(k));
         // Midpoint rule in cos^2, over which the cosine weight is uniform.
         let steps = 16;
@@ -86,7 +86,12 @@ impl Scatter for Conductor {
         } else {
             reflect(wo, ggx.sample_visible(wo, u2))
         };
-        (wi.z > 0.0).then_some(LobeSample { wi, delta_weight: None, roughness: self.roughness.value(), eta: 1.0 })
+        (wi.z > 0.0).then_some(LobeSample {
+            wi,
+            delta_weight: None,
+            roughness: self.roughness.value(),
+            eta: 1.0,
+        })
     }
 
     fn evaluate(&self, _: &LocalFrame, wo: Vec3A, wi: Vec3A) -> BsdfValue {

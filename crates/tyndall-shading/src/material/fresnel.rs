@@ -85,7 +85,8 @@ mod tests {
             assert!((metal - dielectric(cos, 1.5).reflectance).abs() < 1e-5, "cos {cos}");
         }
         let gold_green = conductor(1.0, Rgb::splat(0.42), Rgb::splat(2.35)).x;
-        let expected = ((0.42f32 - 1.0).powi(2) + 2.35f32.powi(2)) / ((0.42f32 + 1.0).powi(2) + 2.35f32.powi(2));
+        let expected =
+            ((0.42f32 - 1.0).powi(2) + 2.35f32.powi(2)) / ((0.42f32 + 1.0).powi(2) + 2.35f32.powi(2));
         assert!((gold_green - expected).abs() < 1e-5);
     }
 }

@@ -14,7 +14,7 @@ use super::directional_albedo::{SplitSum, average, split_sum};
 use super::frame::LocalFrame;
 use super::microfacet::{Roughness, mirror, reflect};
 use super::{
-    Bsdf, BsdfValue, Dielectric, LobeSample, ScatterMode, Scatter, bsdf::choose, fresnel, unit, unit_color,
+    Bsdf, BsdfValue, Dielectric, LobeSample, Scatter, ScatterMode, bsdf::choose, fresnel, unit, unit_color,
 };
 use glam::{Vec2, Vec3A};
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -200,7 +200,8 @@ impl PreviewSurface {
         }
         let coupled = if self.has_specular() {
             let average = self.below_specular(average(self.roughness)).max(Rgb::splat(1e-6));
-            self.below_specular(self.specular_split(wo.z)) * self.below_specular(self.specular_split(wi.z)) / average
+            self.below_specular(self.specular_split(wo.z)) * self.below_specular(self.specular_split(wi.z))
+                / average
         } else {
             Rgb::ONE
         };
@@ -224,14 +225,24 @@ impl Scatter for PreviewSurface {
         let roughness = if layer == 0 { self.coat_roughness } else { self.roughness };
         if let Some(ggx) = roughness.ggx() {
             let wi = reflect(wo, ggx.sample_visible(wo, u2));
-            return (wi.z > 0.0).then_some(LobeSample { wi, delta_weight: None, roughness: roughness.value(), eta: 1.0 });
+            return (wi.z > 0.0).then_some(LobeSample {
+                wi,
+                delta_weight: None,
+                roughness: roughness.value(),
+                eta: 1.0,
+            });
         }
         let value = if layer == 0 {
             schlick(Rgb::splat(COAT_F0), Rgb::splat(self.coat_f90), wo.z) * self.coat
         } else {
             schlick(self.f0, self.f90_kept, wo.z) * (1.0 - self.coat_albedo(wo.z)).powi(2)
         };
-        Some(LobeSample { wi: mirror(wo), delta_weight: Some(value / chances[layer]), roughness: 0.0, eta: 1.0 })
+        Some(LobeSample {
+            wi: mirror(wo),
+            delta_weight: Some(value / chances[layer]),
+            roughness: 0.0,
+            eta: 1.0,
+        })
     }
 
     fn evaluate(&self, _: &LocalFrame, wo: Vec3A, wi: Vec3A) -> BsdfValue {

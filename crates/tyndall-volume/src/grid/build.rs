@@ -55,7 +55,8 @@ struct Scan {
 impl BrickGrid {
     /// Builds the grid. Values that are no densities read as 0 and are counted, see [`GridReport`].
     pub fn build(voxels: &SparseVoxels<'_>) -> (Self, GridReport) {
-        let scans: Vec<Scan> = voxels.leaves.par_iter().filter_map(|leaf| scan_leaf(leaf.0, leaf.1)).collect();
+        let scans: Vec<Scan> =
+            voxels.leaves.par_iter().filter_map(|leaf| scan_leaf(leaf.0, leaf.1)).collect();
         let mut report = GridReport { nonzero_background: voxels.background != 0.0, ..Default::default() };
         report.dropped_count = (voxels.leaves.len() - scans.len()) as u64;
 
@@ -138,16 +139,11 @@ fn is_placed(lo: IVec3, edge: i32) -> bool {
 fn extrema_of(values: &[f32]) -> [Extrema; 8] {
     let mut extrema = [Extrema::NOTHING; 8];
     for (i, &value) in values.iter().enumerate() {
-        let lowest = usize::from(i >> 6 == 0) << 2 | usize::from(i >> 3 & 7 == 0) << 1 | usize::from(i & 7 == 0);
+        let lowest =
+            usize::from(i >> 6 == 0) << 2 | usize::from(i >> 3 & 7 == 0) << 1 | usize::from(i & 7 == 0);
         let here = Extrema { min: value, max: value };
-        extrema[0] = extrema[0].union(here);
-        if lowest != 0 {
-            for set in 1..8 {
-                if set & lowest == set {
-                    extrema[set] = extrema[set].union(here);
-                }
-            }
-        }
+        let touched = extrema.iter_mut().enumerate().filter(|(set, _)| set & lowest == *set);
+        touched.for_each(|(_, of_set)| *of_set = of_set.union(here));
     }
     extrema
 }

@@ -57,7 +57,8 @@ impl DenseGrid {
                 for z in lo.z..=hi.z {
                     let origin = IVec3::new(x, y, z) * 8;
                     let local = |i: i32| IVec3::new(i >> 6, i >> 3 & 7, i & 7);
-                    leaves.push((origin.to_array(), (0..512).map(|i| self.voxel(origin + local(i))).collect()));
+                    leaves
+                        .push((origin.to_array(), (0..512).map(|i| self.voxel(origin + local(i))).collect()));
                 }
             }
         }

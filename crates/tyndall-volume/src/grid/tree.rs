@@ -42,12 +42,12 @@ impl TreeTable {
     fn insert(&mut self, source: &Source) {
         let level = SHIFT.iter().position(|shift| source.edge == 1 << shift).unwrap_or(0);
         let own = source.lo >> SHIFT[level];
-        for (set, Extrema { max, .. }) in source.extrema.into_iter().enumerate().filter(|(_, e)| e.max > 0.0) {
+        for (set, Extrema { max, .. }) in source.extrema.into_iter().enumerate().filter(|(_, e)| e.max > 0.0)
+        {
             let node = self.node(level, own - axes(set));
             node.max = node.max.max(max * ROUNDING);
-            for coarse in level + 1..SHIFT.len() {
-                let up = SHIFT[coarse] - SHIFT[level];
-                self.node(coarse, (own - axes(set)) >> up).is_mixed = true;
+            for (coarse, shift) in SHIFT.iter().enumerate().skip(level + 1) {
+                self.node(coarse, (own - axes(set)) >> (shift - SHIFT[level])).is_mixed = true;
             }
         }
         self.node(level, own).brick = Some(source.brick);

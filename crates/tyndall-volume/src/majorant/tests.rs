@@ -46,7 +46,7 @@ fn covers_a_sheared_cloud_with_bricks_and_with_voxels() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(60))]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(60) })]
     #[test]
     fn covers_random_grids(
         seed in 0u64..1000, a in prop::array::uniform3(-60f32..60.0), b in prop::array::uniform3(-60f32..60.0),
@@ -56,8 +56,8 @@ proptest! {
             if noise(v >> 3i32, seed) < 0.5 { noise(v, seed) } else { 0.0 }
         });
         let leaves = dense.leaves();
-        let mut voxels = SparseVoxels::default();
-        voxels.leaves = leaves.iter().map(|(origin, values)| (*origin, &values[..])).collect();
+        let leaves = leaves.iter().map(|(origin, values)| (*origin, &values[..])).collect();
+        let mut voxels = SparseVoxels { leaves, ..Default::default() };
         voxels.tiles.push(([24, -16, -8], 8, 0.8));
         if far {
             voxels.tiles.push(([1 << 22, 0, 0], 8, 0.5));
@@ -103,4 +103,20 @@ fn garbage_ends() {
     let singular = GridDensity { index_from_world: Affine3A::from_scale(glam::Vec3::ZERO), ..cloud };
     let ray = Ray::new(Vec3A::ZERO, Vec3A::X);
     assert!(GridWalk::new(&singular, &ray, [0.0, f32::INFINITY], 1.0).count() < 10);
+}
+
+#[test]
+fn empty_space_in_a_table_is_skipped_in_cubes() {
+    let tiles = (0..64).map(|i| ([8 * (i % 8) * 40, 8 * (i / 8) * 40, 0], 8, 1.0)).collect();
+    let (grid, report) = BrickGrid::build(&SparseVoxels { tiles, ..Default::default() });
+    assert!(report.is_sparse, "a table would be mostly empty");
+    let tiles = (0..64).map(|i| ([8 * (i % 8) * 20, 8 * (i / 8) * 20, 0], 8, 1.0)).collect();
+    let (table, report) = BrickGrid::build(&SparseVoxels { tiles, ..Default::default() });
+    assert!(!report.is_sparse);
+    for grid in [grid, table] {
+        let density = density(grid, Affine3A::IDENTITY);
+        let ray =
+            Ray { origin: Vec3A::new(-1.0, -20.0, 3.0), direction: Vec3A::new(0.6, 0.8, 0.0), t_max: 2000.0 };
+        assert_covers(&density, &ray, 1.0);
+    }
 }

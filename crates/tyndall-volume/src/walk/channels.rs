@@ -68,7 +68,8 @@ mod tests {
     #[test]
     fn dead_channels_are_never_chosen() {
         let mut rng = Pcg::new(&[4]);
-        for (beta, dead) in [(Rgb::new(0.0, 1.0, 1.0), 0), (Rgb::new(1.0, 0.0, 2.0), 1), (Rgb::new(3.0, 1.0, 0.0), 2)]
+        for (beta, dead) in
+            [(Rgb::new(0.0, 1.0, 1.0), 0), (Rgb::new(1.0, 0.0, 2.0), 1), (Rgb::new(3.0, 1.0, 0.0), 2)]
         {
             let channels = channel_weights(beta).unwrap();
             assert!((0..10_000).all(|_| choose_channel(channels, &mut rng) != dead));

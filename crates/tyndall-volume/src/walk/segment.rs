@@ -25,6 +25,7 @@ struct Track<'a> {
     density: f32,
 }
 
+#[allow(clippy::large_enum_variant, reason = "the large variant is the common one: no allocation")]
 enum Tracks<'a> {
     Inline(ArrayVec<Track<'a>, INLINE>),
     Heap(Vec<Track<'a>>),
@@ -132,7 +133,8 @@ impl<'a> Segment<'a> {
         }
         if fits && groups.iter().all(|(_, sigma_s)| is_parallel(*sigma_s, total)) {
             let weight = |sigma_s: Rgb| sigma_s.max_element() / total.max_element();
-            if let Some(mix) = PhaseMix::new(groups.iter().map(|&(phase, sigma_s)| (weight(sigma_s), phase))) {
+            if let Some(mix) = PhaseMix::new(groups.iter().map(|&(phase, sigma_s)| (weight(sigma_s), phase)))
+            {
                 return (mix, total);
             }
         }

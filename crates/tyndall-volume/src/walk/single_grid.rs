@@ -39,7 +39,7 @@ fn track<const EMITS: bool>(
         let sigma_bar = (sigma_t * step.max).max(least_rate);
         let (length, rate, mut s) = (f64::from(step.t1) - f64::from(step.t0), f64::from(sigma_bar), 0f64);
         let certain = if EMITS { 0.0 } else { step.min / step.max };
-        while s + remaining / rate < length {
+        while remaining < (length - s) * rate {
             s += remaining / rate;
             remaining = f64::from(rng.next_exponential());
             n += 1;

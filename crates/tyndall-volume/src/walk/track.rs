@@ -32,60 +32,75 @@ pub struct Candidate {
     pub coefficients: Coefficients,
     /// Some medium there scatters.
     pub scatters: bool,
-    /// Grids contribute: emission at the candidate counts. Otherwise [`Segment::for_each_candidate`]'s caller gets
-    /// it per cell in closed form.
+    /// Grids contribute. Elsewhere [`CandidateVisitor::enter`] can have emission in closed form, per cell.
     pub has_grid: bool,
 }
 
+/// Who looks at candidates: a tracker, or the reservoir of a guided sampler.
+pub trait CandidateVisitor {
+    /// What it ends with.
+    type Outcome;
+
+    /// A cell begins. `Continue(true)` says that the whole cell is dealt with, without candidates.
+    fn enter(&mut self, cell: &Cell) -> ControlFlow<Self::Outcome, bool>;
+
+    /// 1 for the channels the majorant must bound from here on, 0 for those that no longer matter.
+    fn live(&self) -> Vec3A;
+
+    /// The next candidate.
+    fn visit(
+        &mut self,
+        segment: &mut Segment<'_>,
+        candidate: &Candidate,
+        rng: &mut Pcg,
+    ) -> ControlFlow<Self::Outcome>;
+}
+
 impl Segment<'_> {
-    /// Calls `visit` for the candidates of the majorant's Poisson process, front to back, until it breaks.
+    /// Shows `visitor` the points of the majorant's Poisson process, front to back, until it breaks.
     ///
-    /// `scale` multiplies the majorant (1 = as it is). `live` says before each step which channels matter: the
-    /// majorant bounds those only. Cells without grids call `enter` first, which may break, and consume the whole cell
-    /// itself by returning `Continue(true)`. This is the stream guided samplers build their reservoirs from.
-    pub fn for_each_candidate<S, B>(
+    /// `scale` multiplies the majorant (1 = as it is). `None` at the end of the segment.
+    pub fn for_each_candidate<V: CandidateVisitor>(
         &mut self,
         scale: f32,
-        state: &mut S,
+        visitor: &mut V,
         rng: &mut Pcg,
         stats: &mut WalkStats,
-        mut enter: impl FnMut(&mut S, &Cell) -> ControlFlow<B, bool>,
-        live: impl Fn(&S) -> Vec3A,
-        mut visit: impl FnMut(&mut S, &mut Self, &Candidate, &mut Pcg) -> ControlFlow<B>,
-    ) -> Option<B> {
+    ) -> Option<V::Outcome> {
         let mut remaining = f64::from(rng.next_exponential());
         while let Some(cell) = self.next_cell() {
-            match enter(state, &cell) {
-                ControlFlow::Break(result) => return Some(result),
+            match visitor.enter(&cell) {
+                ControlFlow::Break(outcome) => return Some(outcome),
                 ControlFlow::Continue(true) => continue,
                 ControlFlow::Continue(false) => {}
             }
             // Distances inside the cell in f64: steps of 1e-12 must add up.
             let (length, mut s) = (f64::from(cell.t1) - f64::from(cell.t0), 0f64);
             loop {
-                let sigma_bar = (cell.sigma_bar * live(state)).max_element().max(cell.emission_rate) * scale;
-                if sigma_bar <= 0.0 {
+                let sigma_bar =
+                    (cell.sigma_bar * visitor.live()).max_element().max(cell.emission_rate) * scale;
+                let rate = f64::from(sigma_bar);
+                if sigma_bar <= 0.0 || remaining >= (length - s) * rate {
+                    remaining -= if sigma_bar > 0.0 { (length - s) * rate } else { 0.0 };
                     break;
                 }
-                let step = remaining / f64::from(sigma_bar);
-                if s + step >= length {
-                    remaining -= (length - s) * f64::from(sigma_bar);
-                    break;
-                }
-                s += step;
+                s += remaining / rate;
                 remaining = f64::from(rng.next_exponential());
                 let t = ((f64::from(cell.t0) + s) as f32).min(cell.t1);
-                let coefficients = self.coefficients_at(&cell, t);
-                stats.candidates += 1;
-                stats.lookups += u64::from(cell.n_grids);
-                let has_grid = cell.n_grids > 0;
-                let candidate = Candidate { t, sigma_bar, coefficients, scatters: cell.scatters, has_grid };
-                if let ControlFlow::Break(result) = visit(state, self, &candidate, rng) {
-                    return Some(result);
+                let candidate = self.candidate(&cell, t, sigma_bar, stats);
+                if let ControlFlow::Break(outcome) = visitor.visit(self, &candidate, rng) {
+                    return Some(outcome);
                 }
             }
         }
         None
+    }
+
+    fn candidate(&mut self, cell: &Cell, t: f32, sigma_bar: f32, stats: &mut WalkStats) -> Candidate {
+        stats.candidates += 1;
+        stats.lookups += u64::from(cell.n_grids);
+        let coefficients = self.coefficients_at(cell, t);
+        Candidate { t, sigma_bar, coefficients, scatters: cell.scatters, has_grid: cell.n_grids > 0 }
     }
 }
 
@@ -104,11 +119,6 @@ impl State {
     fn carried(&self) -> Vec3A {
         let carried = (self.w * self.channels).abs();
         carried / carried.max_element()
-    }
-
-    /// 1 for channels that carry anything.
-    fn live(&self) -> Vec3A {
-        Vec3A::select((self.w * self.channels).cmpne(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO)
     }
 
     /// Ends channels and walks that carry next to nothing, without bias.
@@ -136,64 +146,70 @@ pub(super) fn sample(
     stats: &mut WalkStats,
 ) -> Walk {
     let mut state = State { w: Rgb::ONE, channels, emission: Rgb::ZERO, n: 0, violations: 0 };
-    let ended =
-        segment.for_each_candidate(scale, &mut state, rng, stats, enter, State::live, |state, segment, it, rng| {
-            collide(state, segment, it, rng)
-        });
+    let ended = segment.for_each_candidate(scale, &mut state, rng, stats);
     stats.majorant_violations += u64::from(state.violations);
     let (event, weight) = ended.unwrap_or((Event::Pass, state.w));
     Walk { event, weight, emission: state.emission, majorant_violations: state.violations }
 }
 
-/// Closed forms for what a cell without grids emits, and absorbs where nothing scatters.
-fn enter(state: &mut State, cell: &Cell) -> ControlFlow<(Event, Rgb), bool> {
-    if cell.n_grids > 0 {
-        return ControlFlow::Continue(false);
+impl CandidateVisitor for State {
+    type Outcome = (Event, Rgb);
+
+    /// Closed forms for what a cell without grids emits, and absorbs where nothing scatters.
+    fn enter(&mut self, cell: &Cell) -> ControlFlow<(Event, Rgb), bool> {
+        if cell.n_grids > 0 {
+            return ControlFlow::Continue(false);
+        }
+        let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
+        if c.emission != Rgb::ZERO {
+            self.emission += self.w * c.emission * mean_free_integral(c.sigma_t, dt);
+        }
+        if !cell.scatters {
+            self.w *= attenuation(c.sigma_t, dt);
+            if self.live() == Vec3A::ZERO {
+                return ControlFlow::Break((Event::Pass, Rgb::ZERO));
+            }
+        }
+        ControlFlow::Continue(!cell.scatters)
     }
-    let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
-    if c.emission != Rgb::ZERO {
-        state.emission += state.w * c.emission * mean_free_integral(c.sigma_t, dt);
+
+    /// 1 for channels that carry anything.
+    fn live(&self) -> Vec3A {
+        Vec3A::select((self.w * self.channels).cmpne(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO)
     }
-    if !cell.scatters {
-        state.w *= attenuation(c.sigma_t, dt);
-        if state.live() == Vec3A::ZERO {
+
+    fn visit(
+        &mut self,
+        segment: &mut Segment<'_>,
+        candidate: &Candidate,
+        rng: &mut Pcg,
+    ) -> ControlFlow<(Event, Rgb)> {
+        let c = &candidate.coefficients;
+        let per_bar = candidate.sigma_bar.recip();
+        if candidate.has_grid {
+            self.emission += self.w * c.emission * per_bar;
+        }
+        let (real, live) = (c.sigma_t * per_bar, self.live());
+        let is_violated = (real * live).max_element() > 1.0 + 4.0 * f32::EPSILON;
+        self.violations += u32::from(is_violated);
+
+        // Probability that the collision is real: the mean over what the channels carry; never where nothing scatters.
+        let carried = self.carried();
+        let mean = (real * carried).dot(Vec3A::ONE) / carried.dot(Vec3A::ONE);
+        let p = match (c.scatters(), is_violated) {
+            (false, _) => 0.0,
+            (true, false) => mean.min(1.0),
+            (true, true) => P_VIOLATED,
+        };
+        if rng.next_f32() < p {
+            let (phase, sigma_s) = segment.scatter(carried, rng);
+            let weight = self.w * (sigma_s * (per_bar / p));
+            return ControlFlow::Break((Event::Scatter { t: candidate.t, phase }, weight));
+        }
+        self.w *= live * (Rgb::ONE - real) / (1.0 - p);
+        if !self.roulette(!candidate.scatters, rng) {
             return ControlFlow::Break((Event::Pass, Rgb::ZERO));
         }
+        ControlFlow::Continue(())
     }
-    ControlFlow::Continue(!cell.scatters)
-}
-
-fn collide(
-    state: &mut State,
-    segment: &mut Segment<'_>,
-    candidate: &Candidate,
-    rng: &mut Pcg,
-) -> ControlFlow<(Event, Rgb)> {
-    let c = &candidate.coefficients;
-    let per_bar = candidate.sigma_bar.recip();
-    if candidate.has_grid {
-        state.emission += state.w * c.emission * per_bar;
-    }
-    let (real, live) = (c.sigma_t * per_bar, state.live());
-    let is_violated = (real * live).max_element() > 1.0 + 4.0 * f32::EPSILON;
-    state.violations += u32::from(is_violated);
-
-    // Probability that the collision is real: the mean over what the channels carry; never where nothing scatters.
-    let carried = state.carried();
-    let mean = (real * carried).dot(Vec3A::ONE) / carried.dot(Vec3A::ONE);
-    let p = match (c.scatters(), is_violated) {
-        (false, _) => 0.0,
-        (true, false) => mean.min(1.0),
-        (true, true) => P_VIOLATED,
-    };
-    if rng.next_f32() < p {
-        let (phase, sigma_s) = segment.scatter(carried, rng);
-        let weight = state.w * (sigma_s * (per_bar / p));
-        return ControlFlow::Break((Event::Scatter { t: candidate.t, phase }, weight));
-    }
-    state.w *= live * (Rgb::ONE - real) / (1.0 - p);
-    if !state.roulette(!candidate.scatters, rng) {
-        return ControlFlow::Break((Event::Pass, Rgb::ZERO));
-    }
-    ControlFlow::Continue(())
 }

@@ -1,0 +1,51 @@
+//! OpenVDB files from and for Python: what a file holds, and fog grids out.
+
+use crate::error::{FileError, guarded};
+use glam::{DAffine3, DVec3};
+use numpy::{PyReadonlyArray3, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use std::path::PathBuf;
+use tyndall_vdb::{GridBuilder, VdbFile, WriteCompression, write_fog};
+
+/// Writes one fog grid: `values` of shape (nx, ny, nz), float32; voxel (i, j, k) has its centre at
+/// `origin + voxel_size * (i, j, k)`. Values of 0 are inactive.
+#[pyfunction]
+#[pyo3(signature = (path, name, values, voxel_size = 1.0, origin = (0.0, 0.0, 0.0)))]
+pub(crate) fn write_vdb(
+    py: Python<'_>,
+    path: PathBuf,
+    name: &str,
+    values: PyReadonlyArray3<'_, f32>,
+    voxel_size: f64,
+    origin: (f64, f64, f64),
+) -> PyResult<()> {
+    let dims = [values.shape()[0], values.shape()[1], values.shape()[2]];
+    let numbers = values.as_slice().map_err(|_| FileError::new_err("values must be C-contiguous"))?;
+    let translation = DAffine3::from_translation(DVec3::new(origin.0, origin.1, origin.2));
+    let file_from_index = translation * DAffine3::from_scale(DVec3::splat(voxel_size));
+    guarded(py, || {
+        let grid = GridBuilder::from_dense(name, dims, [0; 3], numbers, file_from_index).build()?;
+        write_fog(&path, &[grid], WriteCompression::Zip)
+    })?
+    .map_err(|e| FileError::new_err(format!("{}: {e}", path.display())))
+}
+
+/// The grids of a file: name, index, type, class, and whether its transform is linear. No voxel is decoded.
+#[pyfunction]
+pub(crate) fn read_vdb_info(py: Python<'_>, path: PathBuf) -> PyResult<Vec<Bound<'_, PyDict>>> {
+    let file = guarded(py, || VdbFile::open(&path))?.map_err(|e| FileError::new_err(e.to_string()))?;
+    file.grids()
+        .iter()
+        .map(|info| {
+            let dict = PyDict::new(py);
+            dict.set_item("name", &info.name)?;
+            dict.set_item("index", info.index)?;
+            dict.set_item("type", info.value_type.to_string())?;
+            dict.set_item("class", format!("{:?}", info.class))?;
+            dict.set_item("half", info.saved_as_half)?;
+            dict.set_item("linear", info.file_from_index.is_some())?;
+            Ok(dict)
+        })
+        .collect()
+}

@@ -1,0 +1,223 @@
+"""The arguments of every command. Spellings of usdrecord and husk are accepted where the meaning is equal."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import TYPE_CHECKING, NoReturn
+
+from tyndall_usd.cli.exit_codes import UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import Any
+
+#: Options of later versions: recognised, and refused instead of ignored.
+_LATER_OPTIONS: dict[str, int | None] = {
+    "--cache": 1,
+    "--cache-mode": 1,
+    "--resume": 0,
+    "--checkpoint": 1,
+    "--noise-threshold": 1,
+    "--tile-index": 1,
+    "--tile-count": 2,
+    "--tile-suffix": 1,
+    "--snapshot": 1,
+    "--pass": 1,
+    "--renderPassPrimPath": 1,
+}
+_LATER_COMMANDS = ("cache", "compare", "bench", "job")
+#: Values of options of which only some exist yet.
+_DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
+_DISTANCE_SAMPLING_NOW = ("auto", "delta")
+_GUIDING = ("auto", "on", "off")
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser whose errors are one line."""
+
+    def error(self, message: str) -> NoReturn:
+        raise UsageError(f"{message}; see {self.prog} --help")
+
+
+class _NotAvailable(argparse.Action):
+    """An option of a later version."""
+
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,  # noqa: ARG002
+        namespace: argparse.Namespace,  # noqa: ARG002
+        values: str | Sequence[Any] | None,  # noqa: ARG002
+        option_string: str | None = None,
+    ) -> None:
+        raise UsageError(f"{option_string} is not available in this version")
+
+
+def make_parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    parser = _Parser(
+        prog="tyndall", description="Render volumes and surfaces from USD stages.", allow_abbrev=False
+    )
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    parser.add_argument("--list-aovs", action="store_true", help="print the AOVs and exit")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
+    _add_render(commands.add_parser("render", help="render a stage to images", allow_abbrev=False))
+    _add_info(commands.add_parser("info", help="show what is in a stage", allow_abbrev=False))
+    for name in _LATER_COMMANDS:
+        later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
+        later.add_argument("rest", nargs=argparse.REMAINDER)
+    return parser
+
+
+def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
+    """Parse the command line.
+
+    Raises
+    ------
+    UsageError
+        An option is unknown, lacks a value, has a wrong one, or belongs to a later version.
+    """
+    options = make_parser().parse_args(arguments)
+    if options.command in _LATER_COMMANDS:
+        raise UsageError(f"tyndall {options.command} is not available in this version")
+    if options.command == "render":
+        _check_later_values(options)
+    return options
+
+
+def _check_later_values(options: argparse.Namespace) -> None:
+    if options.distance_sampling not in _DISTANCE_SAMPLING_NOW:
+        raise UsageError(f"--distance-sampling {options.distance_sampling} is not available in this version")
+    if options.guiding == "on":
+        raise UsageError("--guiding on is not available in this version")
+
+
+def _add_common(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--variant", action="append", default=[], metavar="PRIM:SET=NAME", help="select a variant"
+    )
+    parser.add_argument(
+        "--mask", action="append", default=[], metavar="PRIM", help="populate only these prims"
+    )
+    parser.add_argument("--session-layer", "--sessionLayer", metavar="FILE", help="a layer over the stage")
+    parser.add_argument("--no-payloads", action="store_true", help="do not load payloads")
+    parser.add_argument(
+        "--purposes",
+        "--purpose",
+        action="append",
+        default=[],
+        metavar="NAME[,NAME]",
+        help="draw these purposes besides default and render: proxy, guide",
+    )
+    parser.add_argument(
+        "--settings",
+        "-rs",
+        "-s",
+        "--renderSettingsPrimPath",
+        metavar="PRIM",
+        help="the RenderSettings prim to use",
+    )
+    parser.add_argument("-v", "--verbose", action="count", default=0, help="say more; -vv shows tracebacks")
+    parser.add_argument("-q", "--quiet", action="store_true", help="show only errors")
+    parser.add_argument("--log-json", action="store_true", help="log as one JSON object a line")
+
+
+def _add_info(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="INPUT", help=".usd .usda .usdc .usdz")
+    parser.add_argument("--json", action="store_true", help="as JSON")
+    _add_common(parser)
+
+
+def _add_render(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="INPUT", nargs="?", help=".usd .usda .usdc .usdz")
+    parser.add_argument("output_argument", metavar="OUT", nargs="?", help=argparse.SUPPRESS)
+    add = parser.add_argument
+    add(
+        "-o",
+        "--output",
+        metavar="PATH",
+        help='.exr (multi-layer) or .png; "####" or "$F4" is the frame number',
+    )
+    add("-f", "--frames", "--frame", metavar="FRAMES", help="such as 1001:1010x2,1020")
+    add("-n", "--frame-count", type=_positive_int, metavar="N", help="number of frames from the one of -f")
+    add("-i", "--frame-inc", type=_positive_int, metavar="N", default=1, help="step of --frame-count")
+    add("-d", "--default-time", "--defaultTime", action="store_true", help="render the stage's default time")
+    add("-c", "--camera", "-cam", metavar="PATH|NAME", help="the camera to render through")
+    add("-r", "--resolution", type=_resolution, metavar="WxH", help="pixels across and down")
+    add("--res", nargs=2, type=_positive_int, metavar=("W", "H"), help="the same")
+    add(
+        "-w",
+        "--width",
+        "--imageWidth",
+        type=_positive_int,
+        metavar="W",
+        help="height follows from the camera",
+    )
+    add(
+        "--pixel-aspect", type=_positive_float, metavar="RATIO", help="width of a pixel divided by its height"
+    )
+    add("--spp", "--pixel-samples", "-p", type=_positive_int, metavar="N", help="samples per pixel")
+    add("--time", "--timelimit", type=_seconds, metavar="SECONDS", help="end rendering a frame after so long")
+    add("--max-bounces", type=_count, metavar="N", help="how often light may scatter")
+    add("-j", "--threads", type=_count, metavar="N", help="0 is all cores")
+    add("--seed", type=_count, metavar="N", help="the same seed gives the same image")
+    add("--filter", choices=("blackman-harris", "box"), help="pixel filter")
+    add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
+    add("--list-aovs", action="store_true", help="print the AOVs and exit")
+    add("--distance-sampling", choices=_DISTANCE_SAMPLING, default="auto", help="auto or delta")
+    add("--guiding", choices=_GUIDING, default="auto", help="auto or off")
+    add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
+    add("--make-output-path", action="store_true", help="create the output's folder")
+    add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")
+    add("--stats", metavar="FILE.json", help="write times, memory and counts")
+    add(
+        "--progress",
+        choices=("auto", "bar", "lines", "alfred", "none"),
+        default="auto",
+        help="how progress is shown",
+    )
+    add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
+    for option, n_values in _LATER_OPTIONS.items():
+        add(option, action=_NotAvailable, nargs=n_values, help=argparse.SUPPRESS)
+    _add_common(parser)
+
+
+def _resolution(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+)[xX](\d+)", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1920x1080")
+    return _positive_int(match[1]), _positive_int(match[2])
+
+
+def _count(text: str) -> int:
+    try:
+        value = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"{text} is negative")
+    return value
+
+
+def _positive_int(text: str) -> int:
+    value = _count(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("0 is too small; it must be at least 1")
+    return value
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text} must be finite and not negative")
+    return value
+
+
+def _positive_float(text: str) -> float:
+    value = _seconds(text)
+    if value == 0:
+        raise argparse.ArgumentTypeError("0 is too small")
+    return value

@@ -1,0 +1,1 @@
+"""The codeless schema ``TyndallRenderSettingsAPI``: ``generate.py`` writes its files from ``table.py``."""

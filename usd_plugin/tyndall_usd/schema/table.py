@@ -1,0 +1,32 @@
+"""The render settings that stages may author as ``tyndall:`` attributes of a RenderSettings prim.
+
+Camera, resolution, pixel aspect ratio and AOVs are not here: UsdRender has its own attributes for them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+PREFIX = "tyndall:"
+SCHEMA = "TyndallRenderSettingsAPI"
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """One setting: its name, its type in USD, what the core uses unless it is authored, and a sentence."""
+
+    name: str
+    usd_type: str
+    default: int | float | str
+    doc: str
+    choices: tuple[str, ...] = ()
+
+
+SETTINGS: tuple[Setting, ...] = (
+    Setting("samples", "int64", 1024, "Samples per pixel."),
+    Setting("timeLimit", "float", 0.0, "Seconds after which no new pass begins; 0 is no limit."),
+    Setting("maxBounces", "int", 64, "How often light may scatter, in media and at surfaces."),
+    Setting("seed", "int64", 0, "Random seed; the same seed gives the same image."),
+    Setting("threads", "int", 0, "Worker threads; 0 is all cores."),
+    Setting("filter", "token", "blackman-harris", "Pixel filter.", ("blackman-harris", "box")),
+)
