@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from pxr import Usd
 from support import exr, pictures
 from support.render import Shot
 from support.shared import TESTS, shared
+from support.stages import max_scatter
 from support.statistics import estimate, pixel_independence, reference_mean_error, squared_difference
 
 if TYPE_CHECKING:
@@ -55,12 +55,6 @@ def load_reference(folder: Path, name: str) -> Reference:
     stated = json.loads((folder / "references.json").read_text(encoding="utf-8"))[name]
     image = exr.read_rgb(folder / f"{name}.exr").astype(np.float64)
     return Reference(image, stated)
-
-
-def max_scatter(stage: Path) -> int:
-    """Return how often light may scatter in a stage, as its maker wrote down."""
-    prim = Usd.Stage.Open(str(stage)).GetPrimAtPath("/Render/Settings")
-    return int(prim.GetAttribute("volumeScene:maxScatter").Get())
 
 
 def compare(name: str, stage: Path, reference: Reference, seeds: int, spp: int) -> None:

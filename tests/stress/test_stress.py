@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from pxr import Usd
 from support import exr
 from support.cli import Run, read_stats, tyndall
 from support.shared import shared, shared_root
+from support.stages import max_scatter
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -57,12 +57,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def render(case: str, folder: Path) -> Result:
     """Render a case once, whoever asks for it."""
     stage = shared("cases", "stress", f"{case}.usda")
-    settings = Usd.Stage.Open(str(stage)).GetPrimAtPath("/Render/Settings")
-    bounces = settings.GetAttribute("volumeScene:maxScatter").Get()
     image, stats = folder / f"{case}.exr", folder / f"{case}.json"
     run = tyndall(
         *("render", stage, "-o", image, "--stats", stats),
-        *("--spp", SAMPLES, "--max-bounces", bounces, "--filter", "box", "--seed", 1, "--progress", "none"),
+        *("--spp", SAMPLES, "--max-bounces", max_scatter(stage), "--filter", "box", "--seed", 1, "--progress", "none"),
         timeout=SECONDS,
     )
     rgb = exr.read_rgb(image).astype(np.float64) if image.exists() else None

@@ -34,6 +34,12 @@ def look_at(position: Vector, target: Vector, up: Vector = (0, 1, 0)) -> Gf.Matr
     return Gf.Matrix4d([[float(x) for x in row] for row in rows])
 
 
+def max_scatter(path: Path) -> int:
+    """Return how often light may scatter in a stage, as the makers of the shared scenes wrote down."""
+    stage = Usd.Stage.Open(str(path))
+    return int(stage.GetPrimAtPath("/Render/Settings").GetAttribute("volumeScene:maxScatter").Get())
+
+
 class StageBuilder:
     """A stage under construction; each method adds one thing and returns its prim path."""
 

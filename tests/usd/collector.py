@@ -37,7 +37,9 @@ class Collector:
 
     def said(self, path: str, *words: str) -> bool:
         """Return whether a message about the prim at `path` has all the words."""
-        return any(at == path and all(w in what + action for w in words) for _, at, what, action in self.messages)
+        return any(
+            at == path and all(w in what + action for w in words) for _, at, what, action in self.messages
+        )
 
 
 def translate(stage: Usd.Stage, *, time: Usd.TimeCode | None = None, **options: object) -> Collector:
@@ -86,7 +88,9 @@ def _expand(prim, outer, time, roots, found, *, is_root=False) -> None:
     imageable = UsdGeom.Imageable(prim)
     if imageable and imageable.GetVisibilityAttr().Get(time) == "invisible":
         return
-    local = UsdGeom.Xformable(prim).GetLocalTransformation(time) if UsdGeom.Xformable(prim) else Gf.Matrix4d(1.0)
+    local = (
+        UsdGeom.Xformable(prim).GetLocalTransformation(time) if UsdGeom.Xformable(prim) else Gf.Matrix4d(1.0)
+    )
     matrix = local * outer
     if prim.IsA(UsdGeom.PointInstancer):
         instancer = UsdGeom.PointInstancer(prim)

@@ -10,11 +10,13 @@ from tyndall_usd.read.camera import conform_aperture, read_camera
 
 @pytest.fixture
 def camera():
-    camera = UsdGeom.Camera.Define(Usd.Stage.CreateInMemory(), "/c")
+    stage = Usd.Stage.CreateInMemory()
+    camera = UsdGeom.Camera.Define(stage, "/c")
     camera.CreateHorizontalApertureAttr(40)
     camera.CreateVerticalApertureAttr(20)
     camera.CreateFocalLengthAttr(50)
-    return camera
+    yield camera
+    del stage
 
 
 def _read(camera, **options):

@@ -75,7 +75,9 @@ def test_instances_that_hand_down_other_display_colors_are_other_looks():
     stage = _stage_with_prototype()
     for i in range(3):
         prim = _instance(stage, f"/World/i{i}", float(i))
-        color = UsdGeom.PrimvarsAPI(prim).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant")
+        color = UsdGeom.PrimvarsAPI(prim).CreatePrimvar(
+            "displayColor", Sdf.ValueTypeNames.Color3fArray, "constant"
+        )
         color.Set([Gf.Vec3f(1 if i else 0, 0, 0)])
         UsdGeom.PrimvarsAPI(prim).CreatePrimvar("id", Sdf.ValueTypeNames.Int, "constant").Set(i)
     shapes = translate(stage).of_type(Shape)

@@ -46,7 +46,9 @@ def test_color_temperature_multiplies_the_color(stage):
     assert translate(stage).prims["/l"].color == (0.5, 1, 1), "only if enabled"
     light.CreateEnableColorTemperatureAttr(True)
     warm = UsdLux.BlackbodyTemperatureAsRgb(3000)
-    np.testing.assert_allclose(translate(stage).prims["/l"].color, (0.5 * warm[0], warm[1], warm[2]), rtol=1e-6)
+    np.testing.assert_allclose(
+        translate(stage).prims["/l"].color, (0.5 * warm[0], warm[1], warm[2]), rtol=1e-6
+    )
 
 
 def test_point_and_line_hints(stage):
@@ -124,7 +126,8 @@ def _no_shadow(prim):
 
 
 @pytest.mark.parametrize(
-    ("change", "word"), [(_exclude, "lightLink"), (_filter, "filters"), (_ies, "x.ies"), (_no_shadow, "shadow:enable")]
+    ("change", "word"),
+    [(_exclude, "lightLink"), (_filter, "filters"), (_ies, "x.ies"), (_no_shadow, "shadow:enable")],
 )
 def test_what_lights_do_not_support_is_named(stage, change, word):
     change(UsdLux.SphereLight.Define(stage, "/l").GetPrim())

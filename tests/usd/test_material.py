@@ -81,7 +81,9 @@ def test_unbound_prims_show_their_display_color_or_grey():
 def test_the_mtlx_terminal_wins():
     look = Look()
     look.surface(look.node("preview", "UsdPreviewSurface"))
-    bsdf = look.node("bsdf", "ND_oren_nayar_diffuse_bsdf", color=(T.Color3f, (0.5, 0.25, 0)), roughness=(T.Float, 0))
+    bsdf = look.node(
+        "bsdf", "ND_oren_nayar_diffuse_bsdf", color=(T.Color3f, (0.5, 0.25, 0)), roughness=(T.Float, 0)
+    )
     look.surface(look.node("surface", "ND_surface", bsdf=(T.Token, bsdf, "out")), "mtlx", "out")
     kind, inputs = surface_of(look.translated())
     assert kind == "surface"
@@ -206,7 +208,12 @@ def _vdf(look, **inputs):
 def test_a_homogeneous_medium_has_no_surface():
     look = Look()
     look.volume(
-        _vdf(look, absorption=(T.Float3, (1, 2, 3)), scattering=(T.Float3, (4, 5, 6)), anisotropy=(T.Float, 0.5))
+        _vdf(
+            look,
+            absorption=(T.Float3, (1, 2, 3)),
+            scattering=(T.Float3, (4, 5, 6)),
+            anisotropy=(T.Float, 0.5),
+        )
     )
     read = look.read()
     material = read.prims["/look"]
@@ -274,9 +281,13 @@ def test_materialx_closures():
         scatter_mode=(T.String, "RT"),
     )
     metal = look.node("metal", "ND_conductor_bsdf", roughness=(T.Float2, (0, 0)))
-    mixed = look.node("mix", "ND_mix_bsdf", bg=(T.Token, glass, "out"), fg=(T.Token, metal, "out"), mix=(T.Float, 0.25))
+    mixed = look.node(
+        "mix", "ND_mix_bsdf", bg=(T.Token, glass, "out"), fg=(T.Token, metal, "out"), mix=(T.Float, 0.25)
+    )
     edf = look.node("edf", "ND_uniform_edf", color=(T.Color3f, (2, 2, 2)))
-    look.surface(look.node("s", "ND_surface", bsdf=(T.Token, mixed, "out"), edf=(T.Token, edf, "out")), "mtlx", "out")
+    look.surface(
+        look.node("s", "ND_surface", bsdf=(T.Token, mixed, "out"), edf=(T.Token, edf, "out")), "mtlx", "out"
+    )
     kind, inputs = surface_of(look.translated())
     assert (kind, inputs["emission"]) == ("surface", (2, 2, 2))
     name, mix = inputs["bsdf"]
@@ -290,7 +301,11 @@ def test_materialx_closures():
     [
         (
             "ND_standard_surface_surfaceshader",
-            {"base": (T.Float, 0.5), "base_color": (T.Color3f, (1, 0.5, 0)), "specular_roughness": (T.Float, 0.25)},
+            {
+                "base": (T.Float, 0.5),
+                "base_color": (T.Color3f, (1, 0.5, 0)),
+                "specular_roughness": (T.Float, 0.25),
+            },
             {"diffuseColor": (0.5, 0.25, 0), "roughness": 0.25, "ior": 1.5},
         ),
         (
@@ -317,7 +332,9 @@ def test_uber_shaders_become_preview_surfaces(node_id, inputs, expected):
 
 def test_transmissive_uber_shaders_become_glass():
     look = Look()
-    look.surface(look.node("s", "ND_standard_surface_surfaceshader", transmission=(T.Float, 1)), "mtlx", "out")
+    look.surface(
+        look.node("s", "ND_standard_surface_surfaceshader", transmission=(T.Float, 1)), "mtlx", "out"
+    )
     kind, inputs = surface_of(look.translated())
     assert (kind, inputs["mode"], inputs["ior"]) == ("dielectric", "RT", 1.5)
 

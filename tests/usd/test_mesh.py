@@ -61,7 +61,9 @@ def test_primvar_normals_win_over_normals(stage):
     mesh = _quads(stage)
     mesh.CreateNormalsAttr([(0, 0, 1)] * 6)
     assert _mesh(stage).normals.values[0].tolist() == [0, 0, 1]
-    primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar("normals", Sdf.ValueTypeNames.Normal3fArray, "faceVarying")
+    primvar = UsdGeom.PrimvarsAPI(mesh).CreatePrimvar(
+        "normals", Sdf.ValueTypeNames.Normal3fArray, "faceVarying"
+    )
     primvar.Set([(1, 0, 0), (0, 1, 0)])
     primvar.SetIndices(Vt.IntArray([0, 0, 0, 0, 1, 1, 1, 1]))
     normals = _mesh(stage).normals
@@ -70,7 +72,8 @@ def test_primvar_normals_win_over_normals(stage):
 
 
 @pytest.mark.parametrize(
-    ("interpolation", "count"), [("constant", 1), ("uniform", 2), ("varying", 6), ("vertex", 6), ("faceVarying", 8)]
+    ("interpolation", "count"),
+    [("constant", 1), ("uniform", 2), ("varying", 6), ("vertex", 6), ("faceVarying", 8)],
 )
 def test_every_interpolation_has_its_count(stage, interpolation, count):
     mesh = _quads(stage)
@@ -78,7 +81,9 @@ def test_every_interpolation_has_its_count(stage, interpolation, count):
     primvar = _mesh(stage).primvars["displayColor"]
     assert primvar.interpolation == interpolation
     assert primvar.values[:, 0].tolist() == list(range(count))
-    mesh.GetDisplayColorPrimvar().Set([(i, 0, 0) for i in range(count + 2)][2 if count > 1 else 0 :][: count - 1 or None])
+    mesh.GetDisplayColorPrimvar().Set(
+        [(i, 0, 0) for i in range(count + 2)][2 if count > 1 else 0 :][: count - 1 or None]
+    )
     if count > 2:
         read = translate(stage)
         assert "displayColor" not in read.prims["/m"].primvars
@@ -99,7 +104,9 @@ def test_primvars_of_any_number_type_are_read(stage):
 
 def test_constant_primvars_are_inherited(stage):
     root = UsdGeom.Xform.Define(stage, "/root")
-    UsdGeom.PrimvarsAPI(root).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant").Set([(1, 0, 0)])
+    UsdGeom.PrimvarsAPI(root).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant").Set(
+        [(1, 0, 0)]
+    )
     _quads(stage, "/root/m")
     assert _mesh(stage, "/root/m").primvars["displayColor"].values.tolist() == [[1, 0, 0]]
 

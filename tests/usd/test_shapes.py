@@ -76,7 +76,9 @@ def test_abstract_inactive_and_undefined_prims_are_not_drawn(stage):
     assert not translate(stage).of_type(Shape)
 
 
-@pytest.mark.parametrize("kind", ["BasisCurves", "Points", "NurbsPatch", "TetMesh", "HermiteCurves", "NurbsCurves"])
+@pytest.mark.parametrize(
+    "kind", ["BasisCurves", "Points", "NurbsPatch", "TetMesh", "HermiteCurves", "NurbsCurves"]
+)
 def test_unsupported_types_are_named_once_a_prim(stage, kind):
     stage.DefinePrim("/x", kind)
     messages = translate(stage).messages

@@ -63,24 +63,36 @@ def test_composition_errors_are_messages(tmp_path):
     (tmp_path / "s.usda").write_text('#usda 1.0\ndef "a" (references = @gone.usda@) {}\ndef Cube "b" {}')
     messages = Messages()
     stage = tyndall_usd.open_stage(tmp_path / "s.usda", messages=messages)
-    assert "gone.usda" in str(list(messages)[0])
+    assert "gone.usda" in str(next(iter(messages)))
     assert translate(stage).of_type(Shape)
 
 
 def test_materialx_layers_say_what_to_install():
     messages = Messages()
-    path = shared("data", "usd_wg", "test_assets", "TextureCoordinateTest", "TextureCoordinateTestMaterialX.usda")
+    path = shared(
+        "data", "usd_wg", "test_assets", "TextureCoordinateTest", "TextureCoordinateTestMaterialX.usda"
+    )
     tyndall_usd.open_stage(path, messages=messages)
     if not len(messages):
         pytest.skip("this OpenUSD reads MaterialX")
-    assert "usd-exchange" in str(list(messages)[0])
+    assert "usd-exchange" in str(next(iter(messages)))
 
 
 _VARIANTS = """#usda 1.0
-def Xform "prop" (variants = { string shape = "ball" } add variantSets = "shape") {
+def Xform "prop" (
+    variants = { string shape = "ball" }
+    prepend variantSets = "shape"
+)
+{
     variantSet "shape" = {
-        "ball" { def Sphere "s" {} }
-        "box" { def Cube "s" {} }
+        "ball" {
+            def Sphere "s" {
+            }
+        }
+        "box" {
+            def Cube "s" {
+            }
+        }
     }
 }
 """
@@ -90,7 +102,9 @@ def test_variants_are_selected(tmp_path):
     path = tmp_path / "v.usda"
     path.write_text(_VARIANTS)
     assert translate(tyndall_usd.open_stage(path)).prims["/prop/s"].kind == "sphere"
-    assert translate(tyndall_usd.open_stage(path, variants=["/prop:shape=box"])).prims["/prop/s"].kind == "cube"
+    assert (
+        translate(tyndall_usd.open_stage(path, variants=["/prop:shape=box"])).prims["/prop/s"].kind == "cube"
+    )
     for wrong, words in [
         ("/prop:shape=cone", "ball, box"),
         ("/prop:size=big", "shape"),
@@ -103,7 +117,7 @@ def test_variants_are_selected(tmp_path):
 
 def test_masks_and_session_layers(tmp_path):
     (tmp_path / "s.usda").write_text('#usda 1.0\ndef Cube "a" {}\ndef Cube "b" {}')
-    (tmp_path / "over.usda").write_text('#usda 1.0\nover "a" { double size = 7 }')
+    (tmp_path / "over.usda").write_text('#usda 1.0\nover "a" {\n double size = 7\n}')
     assert list(translate(tyndall_usd.open_stage(tmp_path / "s.usda", mask=["/b"])).of_type(Shape)) == ["/b"]
     stage = tyndall_usd.open_stage(tmp_path / "s.usda", session_layer=tmp_path / "over.usda")
     assert translate(stage).prims["/a"].params == {"size": 7}

@@ -80,7 +80,11 @@ def Volume "v" {
     ("change", "path", "words"),
     [
         (lambda s: s.GetPrimAtPath("/v/f").SetTypeName("Field3DAsset"), "/v/f", ("Field3DAsset",)),
-        (lambda s: s.GetPrimAtPath("/v").GetRelationship("field:density").SetTargets(["/no"]), "/v", ("/no",)),
+        (
+            lambda s: s.GetPrimAtPath("/v").GetRelationship("field:density").SetTargets(["/no"]),
+            "/v",
+            ("/no",),
+        ),
         (lambda s: s.GetPrimAtPath("/v/f").GetAttribute("filePath").Set(""), "/v/f", ("empty",)),
         (lambda s: s.GetPrimAtPath("/v").RemoveProperty("field:density"), "/v", ("no field",)),
     ],

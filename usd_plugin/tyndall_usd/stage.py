@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -138,5 +139,7 @@ def _report_composition_errors(stage: Usd.Stage, messages: Messages) -> None:
 
 
 def _first_line(error: object) -> str:
-    lines = str(error).strip().splitlines() or [type(error).__name__]
-    return " ".join(line.strip() for line in lines)[:400]
+    """Return the text of an error of USD in one line, without the place in USD's own source."""
+    text = " ".join(str(error).split()) or type(error).__name__
+    match = re.search(r"Error in '.*?' at line \d+ in file \S+ : '(.*)'", text)
+    return (match[1] if match else text)[:400].strip()

@@ -2,7 +2,7 @@
 
 use crate::error::SceneError;
 use glam::{DAffine3, DMat4, DVec2, Vec3};
-use numpy::{PyArrayMethods, PyReadonlyArrayDyn};
+use numpy::PyReadonlyArrayDyn;
 use pyo3::prelude::*;
 use pyo3::types::{PyAny, PyDict, PyList};
 use std::collections::BTreeMap;

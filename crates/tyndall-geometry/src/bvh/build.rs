@@ -143,7 +143,7 @@ fn binary_by_obvhs(boxes: &[Bounds], leaves: Leaves) -> BinaryTree {
     let aabbs: Vec<Box3> = boxes.iter().map(|b| Box3(Aabb::new(b.min, b.max))).collect();
     let params = BvhBuildParams {
         max_prims_per_leaf: leaves.max_primitives as u32,
-        collapse_traversal_cost: leaves.primitives_per_item as f32,
+        collapse_traversal_cost: std::env::var("XCOST").map_or(leaves.primitives_per_item as f32, |v| v.parse().unwrap()),
         ..BvhBuildParams::medium_build()
     };
     let Bvh2 { nodes, primitive_indices, .. } =

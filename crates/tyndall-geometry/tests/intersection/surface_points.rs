@@ -47,10 +47,7 @@ fn spawned_rays_stay_on_their_side_at_every_scale() {
             let blas = Arc::new(Blas::from_triangles(&positions, &indices));
             let accel = Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY }]);
             for level in levels() {
-                // At 1e3 radii from the origin, single vertices are rounded enough to make dents.
-                if offset < 1e3 {
-                    check(&accel.clone().with_simd(level), center.as_vec3a(), scale as f32, 1);
-                }
+                check(&accel.clone().with_simd(level), center.as_vec3a(), scale as f32, 1);
             }
         }
     }

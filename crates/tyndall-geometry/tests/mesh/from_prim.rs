@@ -44,7 +44,7 @@ fn concave_polygons_keep_their_area_and_side() {
     // A star, standing in each of the planes and seen from both sides.
     let star = |i: usize| {
         let (sin, cos) = (i as f32 * std::f32::consts::TAU / 10.0).sin_cos();
-        let r = if i % 2 == 0 { 1.0 } else { 0.3 };
+        let r = [1.0, 0.3][i % 2];
         [r * cos, r * sin]
     };
     let star_area = 10.0 * 0.5 * 0.3 * (std::f32::consts::TAU / 10.0).sin();

@@ -78,3 +78,36 @@ fn metals_have_the_colour_of_the_base_at_every_angle() {
         assert!((s.weight - base).length() < 1e-4, "{wo}: {}", s.weight);
     }
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::prelude::ProptestConfig { cases: 200, failure_persistence: None, ..Default::default() })]
+
+    #[test]
+    fn no_combination_of_inputs_makes_energy(
+        (base, specular, metallic, roughness) in (0f32..=1.0, 0f32..=1.0, 0f32..=1.0, 0f32..=1.0),
+        (clearcoat, clearcoat_roughness, opacity, ior) in (0f32..=1.0, 0f32..=1.0, 0f32..=1.0, 1f32..=2.5),
+        (cos, use_specular_workflow, is_presence) in (0.01f32..=1.0, proptest::bool::ANY, proptest::bool::ANY),
+    ) {
+        let params = PreviewParams {
+            diffuse_color: grey(base),
+            use_specular_workflow,
+            specular_color: grey(specular),
+            metallic,
+            roughness,
+            clearcoat,
+            clearcoat_roughness,
+            opacity,
+            opacity_mode: if is_presence { OpacityMode::Presence } else { OpacityMode::Transparent },
+            opacity_threshold: 0.0,
+            ior,
+        };
+        let wo = Vec3A::new((1.0 - cos * cos).sqrt(), 0.0, cos);
+        let (mean, sigma) = furnace(&params.bsdf(false), &frame(), wo, 4000);
+        proptest::prop_assert!(mean <= 1.0 + 5.0 * sigma + 5e-3, "{params:?} from {wo}: {mean} +- {sigma}");
+    }
+}
+
+#[test]
+fn a_bsdf_stays_small() {
+    assert!(size_of::<Bsdf>() <= 1024, "{} bytes", size_of::<Bsdf>());
+}
