@@ -60,7 +60,8 @@ def render(case: str, folder: Path) -> Result:
     image, stats = folder / f"{case}.exr", folder / f"{case}.json"
     run = tyndall(
         *("render", stage, "-o", image, "--stats", stats),
-        *("--spp", SAMPLES, "--max-bounces", max_scatter(stage), "--filter", "box", "--seed", 1, "--progress", "none"),
+        *("--spp", SAMPLES, "--max-bounces", max_scatter(stage), "--filter", "box", "--seed", 1),
+        *("--progress", "none"),
         timeout=SECONDS,
     )
     rgb = exr.read_rgb(image).astype(np.float64) if image.exists() else None

@@ -11,6 +11,7 @@ import tyndall
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdRender
 from tyndall_usd.cli import main
 from tyndall_usd.cli.arguments import parse
+from tyndall_usd.scene_index import HEADLIGHT
 
 
 @pytest.fixture
@@ -331,6 +332,23 @@ def test_an_interrupted_render_writes_what_it_has(scene, tmp_path, capfd, which)
     assert code == 130
     assert out.stat().st_size > 0
     assert "interrupted" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("kind", ["dome", "distant"])
+def test_a_headlight_is_for_stages_without_lights(scene, tmp_path, monkeypatch, kind):
+    seen = {}
+    sync = tyndall.RenderDelegate.sync
+
+    def spy(self, path, prim, *bits):
+        seen[path] = prim
+        sync(self, path, prim, *bits)
+
+    monkeypatch.setattr(tyndall.RenderDelegate, "sync", spy)
+    assert render(scene, tmp_path / "a.exr", "--headlight", kind) == 0
+    assert HEADLIGHT not in seen
+    _edit(scene, lambda stage: stage.RemovePrim("/World/sky"))
+    assert render(scene, tmp_path / "a.exr", "--headlight", kind, "--strict") == 0
+    assert seen[HEADLIGHT].kind == kind
 
 
 def test_several_cameras_are_named(scene, tmp_path, capfd):

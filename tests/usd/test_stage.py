@@ -169,13 +169,25 @@ def _bind(stage):
     UsdShade.MaterialBindingAPI.Apply(prim).Bind(UsdShade.Material(stage.GetPrimAtPath("/look")))
 
 
+def _move(stage):
+    UsdGeom.Xformable(stage.GetPrimAtPath("/w")).AddTranslateOp().Set(Gf.Vec3d(1))
+
+
+def _color(stage):
+    UsdGeom.Gprim(stage.GetPrimAtPath("/w/cube")).CreateDisplayColorAttr([(1, 0, 0)])
+
+
+def _set(prim, name, value):
+    return lambda stage: stage.GetPrimAtPath(prim).GetAttribute(name).Set(value)
+
+
 _EDITS = [
-    (lambda s: UsdGeom.Xformable(s.GetPrimAtPath("/w")).AddTranslateOp().Set(Gf.Vec3d(1)), {"/w/cube", "/w/light", "/w/mesh"}, "TRANSFORM"),
-    (lambda s: s.GetPrimAtPath("/w/mesh").GetAttribute("points").Set([(0, 0, 1)] * 3), {"/w/mesh"}, "POINTS"),
-    (lambda s: s.GetPrimAtPath("/w/mesh").GetAttribute("orientation").Set("leftHanded"), {"/w/mesh"}, "TOPOLOGY"),
-    (lambda s: UsdGeom.Gprim(s.GetPrimAtPath("/w/cube")).CreateDisplayColorAttr([(1, 0, 0)]), {"/w/cube"}, "PRIMVARS"),
-    (lambda s: s.GetPrimAtPath("/w/light").GetAttribute("inputs:intensity").Set(3.0), {"/w/light"}, "PARAMS"),
-]  # fmt: skip
+    (_move, {"/w/cube", "/w/light", "/w/mesh"}, "TRANSFORM"),
+    (_set("/w/mesh", "points", [(0, 0, 1)] * 3), {"/w/mesh"}, "POINTS"),
+    (_set("/w/mesh", "orientation", "leftHanded"), {"/w/mesh"}, "TOPOLOGY"),
+    (_color, {"/w/cube"}, "PRIMVARS"),
+    (_set("/w/light", "inputs:intensity", 3.0), {"/w/light"}, "PARAMS"),
+]
 
 
 @pytest.mark.parametrize(("edit", "paths", "bits"), _EDITS, ids=[bits for *_, bits in _EDITS])

@@ -42,7 +42,7 @@ def test_the_field_prim_places_the_grid(vdb):
     assert read.prims["/elsewhere"].world_from_field[:3, 3].tolist() == [0, 0, 9]
     assert dict(read.prims["/v"].fields) == {"density": "/v/f", "heat": "/elsewhere"}
     assert read.prims["/v"].material is None
-    assert read.said("/v", "no material")
+    assert not read.said("/v", "material"), "the core says that there is none"
 
 
 def test_field_name_picks_the_grid_and_the_relationship_is_the_fallback(vdb):

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Assets:
-    """Resolves asset attributes; files in packages are unpacked to a folder that lasts as long as the process.
+    """Resolves asset attributes; files in packages are unpacked to a folder that lasts as long as we do.
 
     The core opens files when it builds the world, which may be after the stage and its index are gone.
     """

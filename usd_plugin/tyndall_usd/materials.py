@@ -41,17 +41,14 @@ class MaterialLibrary:
 
     def for_volume(self, material: UsdShade.Material, *, volume_path: object) -> str | None:
         """Return the path of the medium of a Volume; ``None`` is the delegate's default medium."""
+        if not material:
+            return None  # The core says that it has no material.
         path = self._path(material)
         if path is None or self.materials[path].volume is None:
-            why = (
-                f"the bound material <{material.GetPath()}> has no usable volume"
-                if material
-                else "no material is bound"
-            )
             self._messages.warning(
                 volume_path,
-                why,
-                "extinction is the density with a grey albedo; bind a material with outputs:volume",
+                f"the bound material <{material.GetPath()}> has no usable volume",
+                "extinction is the density with a grey albedo; give the material an outputs:volume",
             )
             return None
         return path

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 from pxr import UsdGeom, UsdShade
 from tyndall.delegate import DirtyBits
-from tyndall.prims import Camera, Instancer, Prim
+from tyndall.prims import Camera, Instancer, Light, Prim
 
 from tyndall_usd.assets import Assets
 from tyndall_usd.dirty import dirty_bits
@@ -30,10 +31,11 @@ if TYPE_CHECKING:
 
     from pxr import Usd
     from tyndall.delegate import Severity
-    from tyndall.prims import Matrix, Subset
+    from tyndall.prims import LightKind, Matrix, Subset
 
     from tyndall_usd.read.context import ReadContext
 
+HEADLIGHT = "/__tyndall/headlight"
 DEFAULT_PURPOSES = ("default", "render")
 #: Always read, since tangents for normal maps come from it.
 _TEXTURE_COORDINATES = "st"
@@ -106,6 +108,18 @@ class SceneIndex:
         self._synced[path] = camera
         self.messages.extend(messages)
         messages.send(self._delegate)
+
+    def add_headlight(self, kind: LightKind, camera: Camera) -> None:
+        """Light a stage that has no lights, from everywhere (dome) or from the camera (distant)."""
+        if any(isinstance(prim, Light) for path, prim in self._synced.items() if path != HEADLIGHT):
+            return
+        params = {"angle": 0.0} if kind == "distant" else {}
+        matrix = camera.world_from_camera if kind == "distant" else np.eye(4)
+        # A normalized distant light of intensity pi gives a white card the radiance of its colour.
+        intensity = math.pi if kind == "distant" else 1.0
+        light = Light(kind=kind, params=params, world_from_light=matrix, intensity=intensity, normalize=True)
+        self._send_one(HEADLIGHT, light)
+        self._synced[HEADLIGHT] = light
 
     def _send(self, prims: dict[str, Prim]) -> int:
         changed = 0

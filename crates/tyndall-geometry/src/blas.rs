@@ -67,14 +67,13 @@ impl Blas {
         };
         let boxes: Vec<Bounds> = (0..indices.len()).map(bounds_of).collect();
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
-        let bvh = build(&boxes, Leaves { max_primitives: std::env::var("XMAX").map_or(LANES, |v| v.parse().unwrap()), primitives_per_item: LANES });
+        let bvh = build(&boxes, Leaves { max_primitives: 2 * LANES, primitives_per_item: LANES });
         let mut blocks = vec![Block::empty(); bvh.order.len() / LANES];
         let mut slot = vec![u32::MAX; indices.len()];
         for (at, &primitive) in bvh.order.iter().enumerate().filter(|(_, p)| **p != u32::MAX) {
             blocks[at / LANES].set(at % LANES, corners(primitive as usize), primitive);
             slot[primitive as usize] = at as u32;
         }
-        if std::env::var("XMAX").is_ok() { println!("nodes {} blocks {} fill {}", bvh.nodes.len(), blocks.len(), indices.len() as f32 / blocks.len() as f32); }
         // The blocks replace it.
         let bvh = WideBvh { order: Vec::new(), ..bvh };
         Self { shape: BlasShape::Triangles(Triangles { bvh, blocks, slot }), bounds }

@@ -13,6 +13,7 @@ mod clipping;
 mod grids;
 mod materials;
 mod media;
+mod merged;
 mod placements;
 mod query;
 mod shade;
@@ -21,6 +22,7 @@ mod surfaces;
 pub use build::WorldError;
 pub use cache::WorldCache;
 pub(crate) use query::{SegmentEnd, SurfaceHit, WorldScratch};
+pub(crate) use shade::ShadingBuffer;
 
 use crate::camera::CameraModel;
 use bodies::LightBodies;

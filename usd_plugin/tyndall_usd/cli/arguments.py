@@ -176,6 +176,12 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
         default="auto",
         help="how progress is shown",
     )
+    add(
+        "--headlight",
+        choices=("none", "dome", "distant"),
+        default="none",
+        help="the light of stages without any",
+    )
     add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
     for option, n_values in _LATER_OPTIONS.items():
         add(option, action=_NotAvailable, nargs=n_values, help=argparse.SUPPRESS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import sys
+import threading
 import traceback
 from typing import TYPE_CHECKING
 
@@ -56,7 +57,8 @@ def _run(options: argparse.Namespace) -> int:
     if options.command is None:
         make_parser().print_help()
         return ExitCode.USAGE
-    signal.signal(signal.SIGTERM, lambda *_: _interrupt())
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, lambda *_: _interrupt())
     if options.command == "info":
         from tyndall_usd.cli.info import run_info
 

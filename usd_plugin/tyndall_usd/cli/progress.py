@@ -4,23 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from tyndall_usd.cli.log import LOG
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    class Progress(Protocol):
-        """What the core reports."""
+    from tyndall import Progress
 
-        fraction: float
-        samples_done: int
-        samples_total: int
-        elapsed_secs: float
-        remaining_secs: float | None
-
-    Report = Callable[[Progress], None]
+    Report = Callable[[Progress], bool | None]
 
 
 @contextlib.contextmanager
@@ -46,7 +39,7 @@ def _write_alfred(percent: int) -> None:
 
 def _describe(progress: Progress) -> str:
     left = "" if progress.remaining_secs is None else f", {progress.remaining_secs:.0f} s left"
-    return f"{progress.samples_done} of {progress.samples_total} samples, {progress.elapsed_secs:.1f} s{left}"
+    return f"{progress.elapsed_secs:.1f} s{left}"
 
 
 class _Steps:
@@ -66,22 +59,20 @@ class _Steps:
 
 @contextlib.contextmanager
 def _bar(title: str) -> Iterator[Report]:
+    from rich import progress as rich
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} % {task.fields[samples]}"),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.TextColumn("{task.percentage:>3.0f} %"),
+        rich.TimeElapsedColumn(),
+        rich.TimeRemainingColumn(),
     )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0, samples="")
+    with rich.Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(title, total=1.0)
 
-        def report(progress: object) -> None:
-            fraction = progress.fraction  # type: ignore[attr-defined]
-            samples = f"{progress.samples_done}/{progress.samples_total}"  # type: ignore[attr-defined]
-            bar.update(task, completed=fraction, samples=samples)
+        def report(progress: Progress) -> None:
+            bar.update(task, completed=progress.fraction)
 
         yield report

@@ -95,9 +95,6 @@ class _Run:
                     film = session.render(report)
             except KeyboardInterrupt:
                 film, is_complete = session.film(), False
-        if film.samples == 0:
-            LOG.error("tyndall: interrupted before the first sample; nothing was written")
-            return False
         seconds = self.stats.seconds["render"] - before
         self._write(task, frame, film, {"tyndall:seconds": f"{seconds:.3f}"}, settings)
         self.stats.frames.append(
@@ -111,7 +108,7 @@ class _Run:
             }
         )
         if not is_complete:
-            LOG.error("tyndall: interrupted; the images have %d samples per pixel", film.samples)
+            LOG.error("tyndall: interrupted; the images have at least %d samples per pixel", film.samples)
         return is_complete
 
     def _sync_camera(self, view: View, time: Usd.TimeCode) -> dict[str, Any]:
@@ -132,6 +129,8 @@ class _Run:
             camera, resolution=resolution, pixel_aspect=pixel_aspect, policy=view.policy
         )
         self.index.sync_camera(str(prim.GetPath()), camera, messages)
+        if self.options.headlight != "none":
+            self.index.add_headlight(self.options.headlight, camera)
         return {"camera": str(prim.GetPath()), "resolution": list(resolution), "pixelAspect": pixel_aspect}
 
     def _write(

@@ -16,6 +16,9 @@ const GROWTH: f32 = 3e-7;
 /// Primitives below which a degenerate tree is affordable whatever the builder does.
 const SMALL: usize = 2048;
 
+/// Boxes above which building quickly is worth more than the last percents of tracing.
+const HUGE: usize = 2_000_000;
+
 /// How primitives become leaves.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Leaves {
@@ -71,7 +74,8 @@ struct Groups {
 
 impl Groups {
     fn new(boxes: &[Bounds]) -> Self {
-        let mut group_of_box = FxHashMap::<[u32; 6], u32>::default();
+        let mut group_of_box =
+            FxHashMap::<[u32; 6], u32>::with_capacity_and_hasher(boxes.len(), Default::default());
         let mut group_of = Vec::with_capacity(boxes.len());
         let mut unique = Vec::new();
         for b in boxes {
@@ -141,10 +145,19 @@ struct BinaryNode {
 
 fn binary_by_obvhs(boxes: &[Bounds], leaves: Leaves) -> BinaryTree {
     let aabbs: Vec<Box3> = boxes.iter().map(|b| Box3(Aabb::new(b.min, b.max))).collect();
+    // Reinsertion is much of the time of a huge build and gains least there.
+    let preset = match boxes.len() {
+        0..=HUGE => BvhBuildParams::medium_build(),
+        _ => BvhBuildParams {
+            reinsertion_batch_ratio: 0.01,
+            post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
+            ..BvhBuildParams::medium_build()
+        },
+    };
     let params = BvhBuildParams {
         max_prims_per_leaf: leaves.max_primitives as u32,
-        collapse_traversal_cost: std::env::var("XCOST").map_or(leaves.primitives_per_item as f32, |v| v.parse().unwrap()),
-        ..BvhBuildParams::medium_build()
+        collapse_traversal_cost: leaves.primitives_per_item as f32,
+        ..preset
     };
     let Bvh2 { nodes, primitive_indices, .. } =
         build_bvh2(&aabbs, params, &mut std::time::Duration::default());

@@ -2,9 +2,10 @@
 
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
-use crate::world::SurfaceHit;
+use crate::world::{ShadingBuffer, SurfaceHit};
 use glam::Vec3A;
-use tyndall_math::{Ray, Rgb, mean_component, offset_ray_origin};
+use tyndall_math::{Ray, Rgb, mean_component};
+use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
 impl Path<'_> {
@@ -40,15 +41,17 @@ impl Path<'_> {
         statistics: &mut PathStatistics,
     ) -> bool {
         self.recorder.meet_surface(hit.t());
-        let surface = self.world.shade(&self.ray, hit);
-        if surface.transparency != Rgb::ZERO {
-            let straight = mean_component(surface.transparency).min(1.0);
+        let mut buffer = ShadingBuffer::default();
+        let surface = self.world.shade(&self.ray, hit, &mut buffer);
+        let SurfaceShading { bsdf, emission, .. } = surface.shading;
+        let transparency = bsdf.transparency();
+        if transparency != Rgb::ZERO {
+            let straight = mean_component(transparency).min(1.0);
             if self.rng.next_f32() < straight {
                 // Straight on: not an event. The vertex before still owns the direction.
-                self.throughput *= surface.transparency / straight;
-                let normal = surface.frame.geometric_normal;
+                self.throughput *= transparency / straight;
                 let direction = self.ray.direction;
-                let origin = offset_ray_origin(surface.position, surface.error, normal, direction);
+                let origin = surface.origin_behind(direction);
                 self.ray = Ray { origin, direction, t_max: self.ray.t_max - hit.t() };
                 return true;
             }
@@ -56,10 +59,9 @@ impl Path<'_> {
         }
         statistics.surface_events += 1;
         let wo = -self.ray.direction;
-        self.recorder
-            .scatter_at_surface(|| surface.bsdf.albedo(&surface.frame, wo), surface.frame.frame.normal);
-        if surface.emission != Rgb::ZERO {
-            self.recorder.add(self.throughput * surface.emission);
+        self.recorder.scatter_at_surface(|| bsdf.albedo(&surface.frame, wo), surface.frame.frame.normal);
+        if *emission != Rgb::ZERO {
+            self.recorder.add(self.throughput * *emission);
         }
         if !self.count_scatter() {
             return false;
@@ -69,7 +71,7 @@ impl Path<'_> {
             error: surface.error,
             frame: surface.frame,
             wo,
-            bsdf: surface.bsdf,
+            bsdf,
         };
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         self.choose_direction(&vertex)

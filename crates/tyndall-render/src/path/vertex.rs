@@ -6,7 +6,7 @@ use tyndall_shading::{Bsdf, ShadingFrame};
 use tyndall_volume::PhaseMix;
 
 /// Where and how light scatters.
-pub(super) enum Vertex {
+pub(super) enum Vertex<'a> {
     /// In a medium.
     Medium {
         /// Position in camera-relative world space.
@@ -27,11 +27,11 @@ pub(super) enum Vertex {
         /// Direction back along the path.
         wo: Vec3A,
         /// Reflection and transmission.
-        bsdf: Bsdf,
+        bsdf: &'a Bsdf,
     },
 }
 
-impl Vertex {
+impl Vertex<'_> {
     /// Position in camera-relative world space.
     #[inline]
     pub(super) fn position(&self) -> Vec3A {
@@ -60,7 +60,10 @@ impl Vertex {
                 let value = phase.eval_between(*travel, wi);
                 (Rgb::splat(value), value)
             }
-            Self::Surface { frame, wo, bsdf, .. } => (bsdf.eval(frame, *wo, wi), bsdf.pdf(frame, *wo, wi)),
+            Self::Surface { frame, wo, bsdf, .. } => {
+                let value = bsdf.evaluate(frame, *wo, wi);
+                (value.total(), value.pdf)
+            }
         }
     }
 

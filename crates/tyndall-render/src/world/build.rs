@@ -102,7 +102,9 @@ fn find_camera<'a>(
 ) -> Result<(PrimPath, &'a prim::Camera), WorldError> {
     let cameras: Vec<_> = scene
         .prims()
-        .filter_map(|(path, prim)| if let Prim::Camera(camera) = prim { Some((path, camera.as_ref())) } else { None })
+        .filter_map(
+            |(path, prim)| if let Prim::Camera(camera) = prim { Some((path, camera.as_ref())) } else { None },
+        )
         .collect();
     let names = || cameras.iter().map(|(path, _)| path.as_str()).collect::<Vec<_>>().join(", ");
     if let Some(wanted) = settings.camera_path() {

@@ -3,7 +3,7 @@
 use super::build::BuildContext;
 use super::grids::{self, LoadedField};
 use super::materials::Materials;
-use super::placements::{camera_relative, is_invertible};
+use super::placements::{camera_relative, is_invertible, relative_to};
 use super::surfaces::{ShapeOfSurface, SurfaceMesh};
 use glam::{DAffine3, DVec3, Vec3A};
 use std::sync::Arc;
@@ -92,12 +92,17 @@ impl MediaBuilder {
         for world_from_object in placements {
             let shape = match mesh.shape() {
                 ShapeOfSurface::Cube => BoundaryShape::Box {
-                    world_from_box: relative_to(context.origin, *world_from_object * mesh.object_from_unit()),
+                    world_from_box: relative_to(
+                        *world_from_object * mesh.object_from_unit(),
+                        DVec3::ZERO,
+                        context.origin,
+                    ),
                 },
                 ShapeOfSurface::Sphere => BoundaryShape::Sphere {
                     world_from_sphere: relative_to(
-                        context.origin,
                         *world_from_object * mesh.object_from_unit(),
+                        DVec3::ZERO,
+                        context.origin,
                     ),
                 },
                 ShapeOfSurface::Triangles => BoundaryShape::Mesh {
@@ -177,7 +182,7 @@ impl MediaBuilder {
             }
             self.place(
                 &loaded,
-                relative_to(context.origin, world_from_index),
+                relative_to(world_from_index, DVec3::ZERO, context.origin),
                 min,
                 max,
                 material,
@@ -263,11 +268,6 @@ fn volume_material(
         density_field: Some(name.clone()),
         emission_field: None,
     })
-}
-
-fn relative_to(origin: DVec3, mut transform: DAffine3) -> DAffine3 {
-    transform.translation -= origin;
-    transform
 }
 
 fn box_corners(min: Vec3A, max: Vec3A) -> [Vec3A; 8] {

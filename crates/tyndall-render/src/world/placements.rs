@@ -79,9 +79,14 @@ impl<'a> Placements<'a> {
 /// `world_from_object` for points stored relative to `center`, with the world's origin at the camera: subtracted in
 /// f64, so distances from the stage's origin cost no precision.
 pub(super) fn camera_relative(world_from_object: DAffine3, center: DVec3, origin: DVec3) -> Affine3A {
+    relative_to(world_from_object, center, origin).as_affine3a()
+}
+
+/// [`camera_relative`] before it is rounded.
+pub(super) fn relative_to(world_from_object: DAffine3, center: DVec3, origin: DVec3) -> DAffine3 {
     let mut placed = world_from_object * DAffine3::from_translation(center);
     placed.translation -= origin;
-    placed.as_affine3a()
+    placed
 }
 
 /// Whether a transform can place a surface: finite and invertible.

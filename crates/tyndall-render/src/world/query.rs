@@ -1,6 +1,7 @@
 //! The questions a path asks of the world.
 
 use super::World;
+use super::shade::ShadingBuffer;
 use tyndall_geometry::{Hit, SpanScratch};
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
@@ -107,8 +108,9 @@ impl World {
         let mut rest = *ray;
         while let Some(hit) = self.surfaces.accel().intersect(&rest) {
             let hit = SurfaceHit(hit);
-            let surface = self.shade(&rest, &hit);
-            through *= surface.transparency;
+            let mut buffer = ShadingBuffer::default();
+            let surface = self.shade(&rest, &hit, &mut buffer);
+            through *= surface.shading.bsdf.transparency();
             if through == Rgb::ZERO {
                 return Rgb::ZERO;
             }

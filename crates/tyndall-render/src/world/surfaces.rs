@@ -4,11 +4,12 @@ use super::build::BuildContext;
 use super::cache::MeshSource;
 use super::materials::Materials;
 use super::media::MediaBuilder;
-use super::placements::{camera_relative, is_invertible};
-use glam::{DAffine3, DVec3, Vec3A};
+use super::merged::Merged;
+use super::placements::{camera_relative, is_invertible, relative_to};
+use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use tyndall_geometry::{Accel, Blas, Instance, TriangleMesh};
+use tyndall_geometry::{Accel, Blas, Hit, Instance, TriangleMesh};
 use tyndall_scene::prim::{Mesh, Primvar, Shape, ShapeKind};
 use tyndall_scene::{Diagnostics, PrimPath};
 use tyndall_shading::CompiledMaterial;
@@ -134,10 +135,31 @@ pub(super) struct SurfacePrim {
 pub(super) struct Surfaces {
     accel: Accel,
     prims: Vec<SurfacePrim>,
-    /// The prim of each instance of `accel`.
-    prim_of_instance: Vec<u32>,
+    /// Each placed surface.
+    placed: Vec<PlacedSurface>,
+    /// Instance 0 of `accel` is this, if it is not empty; instance `n_merged_instances + i` is
+    /// `placed[first_instanced + i]`.
+    merged: Merged,
+    /// Placed surfaces that are not part of `merged` start here.
+    first_instanced: usize,
     all_opaque: bool,
     is_emissive: bool,
+}
+
+/// A prim at one of its places.
+#[derive(Clone, Copy)]
+struct PlacedSurface {
+    prim: u32,
+    /// From the prim's stored positions to the camera-relative world.
+    world_from_object: Affine3A,
+}
+
+/// Which surface a hit is on.
+pub(super) struct HitSurface<'a> {
+    pub(super) prim: &'a SurfacePrim,
+    /// Triangle of the prim's mesh.
+    pub(super) triangle: usize,
+    pub(super) world_from_object: &'a Affine3A,
 }
 
 impl Surfaces {
@@ -145,9 +167,21 @@ impl Surfaces {
         &self.accel
     }
 
+    /// The surface a hit is on.
     #[inline]
-    pub(super) fn prim_of(&self, instance: u32) -> &SurfacePrim {
-        &self.prims[self.prim_of_instance[instance as usize] as usize]
+    pub(super) fn surface_of(&self, hit: &Hit) -> HitSurface<'_> {
+        let n_merged_instances = u32::from(!self.merged.is_empty());
+        let (placed, triangle) = if hit.instance < n_merged_instances {
+            self.merged.resolve(hit.primitive)
+        } else {
+            (self.first_instanced + (hit.instance - n_merged_instances) as usize, hit.primitive)
+        };
+        let placed = &self.placed[placed];
+        HitSurface {
+            prim: &self.prims[placed.prim as usize],
+            triangle: triangle as usize,
+            world_from_object: &placed.world_from_object,
+        }
     }
 
     /// Whether every surface stops light.
@@ -160,7 +194,7 @@ impl Surfaces {
     }
 
     pub(super) fn instance_count(&self) -> usize {
-        self.prim_of_instance.len()
+        self.placed.len()
     }
 
     pub(super) fn triangle_count(&self) -> usize {
@@ -181,8 +215,9 @@ impl Surfaces {
 #[derive(Default)]
 pub(super) struct SurfacesBuilder {
     prims: Vec<SurfacePrim>,
-    instances: Vec<Instance>,
-    prim_of_instance: Vec<u32>,
+    merged: Merged,
+    placed_merged: Vec<PlacedSurface>,
+    placed_instanced: Vec<PlacedSurface>,
 }
 
 impl SurfacesBuilder {
@@ -261,28 +296,53 @@ impl SurfacesBuilder {
         if !materials.get(slots[0]).has_surface() {
             return;
         }
-        let index = self.prims.len() as u32;
-        for world_from_object in placements {
-            let placed = world_from_object * mesh.object_from_blas();
-            let world_from_object = camera_relative(placed, mesh.center(), context.origin);
-            self.instances.push(Instance { blas: Arc::clone(mesh.blas()), world_from_object });
-            self.prim_of_instance.push(index);
-        }
+        self.place(&mesh, &placements, context.origin);
         let primvars = read_primvars(&mesh, primvars, slots.iter().map(|&slot| materials.get(slot)));
         let materials = slots.into_iter().map(|slot| slot as u32).collect();
         self.prims.push(SurfacePrim { mesh, materials, primvars });
     }
 
-    pub(super) fn finish(self, materials: &Materials) -> Surfaces {
+    /// Adds the next prim at all its places: to the merged triangles if they are few, else as instances.
+    fn place(&mut self, mesh: &SurfaceMesh, placements: &[DAffine3], origin: DVec3) {
+        let prim = self.prims.len() as u32;
+        let triangles =
+            mesh.triangles().filter(|t| self.merged.has_room_for(t.len().saturating_mul(placements.len())));
+        for world_from_object in placements {
+            let placed = *world_from_object * mesh.object_from_blas();
+            let world_from_object = camera_relative(placed, mesh.center(), origin);
+            let surface = PlacedSurface { prim, world_from_object };
+            if let Some(triangles) = triangles
+                && placed.matrix3.determinant() > 0.0
+            {
+                self.merged.add(triangles, relative_to(placed, mesh.center(), origin));
+                self.placed_merged.push(surface);
+            } else {
+                self.placed_instanced.push(surface);
+            }
+        }
+    }
+
+    pub(super) fn finish(mut self, materials: &Materials) -> Surfaces {
         let used = || self.prims.iter().flat_map(|p| &p.materials).map(|&m| materials.get(m as usize));
         let all_opaque = used().all(CompiledMaterial::is_opaque);
         let is_emissive = used().any(CompiledMaterial::is_emissive);
+        let mut instances = Vec::with_capacity(1 + self.placed_instanced.len());
+        instances.extend(self.merged.build());
+        instances.extend(self.placed_instanced.iter().map(|placed| Instance {
+            blas: Arc::clone(self.prims[placed.prim as usize].mesh.blas()),
+            world_from_object: placed.world_from_object,
+        }));
+        let first_instanced = self.placed_merged.len();
+        let mut placed = self.placed_merged;
+        placed.extend(self.placed_instanced);
         Surfaces {
             all_opaque,
             is_emissive,
-            accel: Accel::build(self.instances),
+            accel: Accel::build(instances),
             prims: self.prims,
-            prim_of_instance: self.prim_of_instance,
+            placed,
+            merged: self.merged,
+            first_instanced,
         }
     }
 }
