@@ -108,7 +108,7 @@ def room(wall_albedo: float, folder: Path, medium: dict[str, Any] | None = None)
 @pytest.mark.parametrize("row", BOXES["closed_box"], ids=lambda row: f"albedo{row['wall_albedo']:g}")
 def test_closed_box(tmp_path: Path, row: dict[str, Any], fog: dict[str, Any] | None) -> None:
     shot = room(row["wall_albedo"], tmp_path, fog)
-    judge(shot.seeds(8, spp=128, max_bounces=MANY), row["radiance_everywhere"])
+    judge(shot.seeds(8, spp=64, max_bounces=MANY), row["radiance_everywhere"])
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 MANY = 100_000
 WIDE = 400.0
+# Thin slabs reflect little of what meets them: a few hits carry the answer.
+SHARP = 0.02
 HALFSPACE = table()["halfspace_isotropic"]
 # Thickness that stands for infinity: ten diffusion lengths and more, so that exp(-20) of the light gets
 # around it.
@@ -44,13 +46,13 @@ def test_halfspace_brdf(tmp_path: Path, albedo: str, mu: float, mu0: float) -> N
     stage.box((-wide, -DEEP[albedo], -wide), (wide, 0, wide), stage.medium(1.0, float(albedo)))
     # The light comes from the side, so that no symmetry hides a wrong azimuth.
     stage.distant((0, -mu0, -math.sqrt(1 - mu0 * mu0)), 1.0)
-    judge(Shot(stage, tmp_path).seeds(8, spp=512, max_bounces=MANY), brdf * mu0)
+    judge(Shot(stage, tmp_path).seeds(8, spp=256, max_bounces=MANY), brdf * mu0, relative_error=SHARP)
 
 
 SLABS = [
     row
     for row in table()["slabs_hg"]["rows"]
-    if (row["tau"], row["albedo"]) in {(0.1, 0.9), (1.0, 0.9), (1.0, 1.0), (10.0, 0.99), (10.0, 0.5)}
+    if (row["tau"], row["albedo"]) in {(0.1, 0.9), (1.0, 0.9), (1.0, 1.0), (1.0, 0.5), (10.0, 0.99)}
 ]
 MUS = (0.1, 0.5, 1.0)
 
@@ -79,13 +81,17 @@ def test_slab_flux(tmp_path: Path, row: dict[str, Any], mu: float) -> None:
     camera_above(stage, mu)
     stage.quad((-far, -1.5, far), (2 * far, 0, 0), (0, 0, -2 * far), stage.lambert(0.0))
     stage.dome(1.0)
-    judge(Shot(stage, reflected).seeds(8, spp=256, max_bounces=MANY), row["R_flux"][i])
+    judge(Shot(stage, reflected).seeds(8, spp=512, max_bounces=MANY), row["R_flux"][i], relative_error=SHARP)
 
     stage = slab(row)
     camera_above(stage, mu, below=-1.0)
     stage.quad((-far, -10.0, far), (2 * far, 0, 0), (0, 0, -2 * far), stage.lambert(0.0))
     stage.dome(1.0)
-    judge(Shot(stage, transmitted).seeds(8, spp=256, max_bounces=MANY), row["T_flux_total"][i])
+    judge(
+        Shot(stage, transmitted).seeds(8, spp=512, max_bounces=MANY),
+        row["T_flux_total"][i],
+        relative_error=SHARP,
+    )
 
 
 @pytest.mark.parametrize("mu", MUS)
@@ -100,9 +106,17 @@ def test_slab_brdf_and_btdf(tmp_path: Path, row: dict[str, Any], mu: float) -> N
     stage = slab(row)
     camera_above(stage, mu)
     stage.distant((0, -1, 0), 1.0)
-    judge(Shot(stage, above).seeds(8, spp=1024, max_bounces=MANY), row["brdf_normal_incidence"][i])
+    judge(
+        Shot(stage, above).seeds(8, spp=2048, max_bounces=MANY),
+        row["brdf_normal_incidence"][i],
+        relative_error=SHARP,
+    )
 
     stage = slab(row)
     camera_above(stage, mu, below=-1.0)
     stage.distant((0, -1, 0), 1.0)
-    judge(Shot(stage, under).seeds(8, spp=1024, max_bounces=MANY), row["btdf_normal_incidence"][i])
+    judge(
+        Shot(stage, under).seeds(8, spp=2048, max_bounces=MANY),
+        row["btdf_normal_incidence"][i],
+        relative_error=SHARP,
+    )

@@ -76,5 +76,5 @@ def test_power_balance(tmp_path: Path, row: dict[str, Any], half: str) -> None:
         "forward": row["scattered_forward_hemisphere"] * DISK + through + (1 - DISK),
         "both": (1 - row["absorbed"]) * DISK + (1 - DISK),
     }[half]
-    images = Shot(stage, tmp_path).seeds(8, spp=512, max_bounces=MANY)
+    images = Shot(stage, tmp_path).seeds(8, spp=128, max_bounces=MANY)
     judge(images, expected, oracle_error=row["standard_error_below"] * DISK)

@@ -38,7 +38,7 @@ def test_homogeneous(tmp_path: Path, row: dict[str, Any]) -> None:
     if row["T"] > 1e-5:
         judge(rendered, row["T"], relative_error=0.01 if row["T"] > 0.01 else 0.3)
     else:
-        assert rendered.max() == 0.0, "not one path in 1e9 gets through"
+        assert rendered.mean() < 1e-9, "not one path in 1e9 gets through"
 
 
 def test_transmittance_aov(tmp_path: Path) -> None:
@@ -82,8 +82,8 @@ def test_linear_ramp(tmp_path: Path, row: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("row", ROWS["exponential_decay"], ids=row_id)
 def test_exponential_atmosphere(tmp_path: Path, row: dict[str, Any]) -> None:
-    step = row["length"] / 512
-    sigmas = row["sigma0"] * np.exp(-np.arange(513) * step / row["scale_height"])
+    step = row["length"] / 1024
+    sigmas = row["sigma0"] * np.exp(-np.arange(1025) * step / row["scale_height"])
     sampled = math.exp(-np.trapezoid(sigmas, dx=step))
     assert sampled == pytest.approx(row["T"], rel=1e-5), "the profile is sampled finely enough"
     judge(profile_stage(tmp_path, sigmas, step).seeds(8, spp=2048, max_bounces=1), row["T"])

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 from functools import cache
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from support.pictures import note
 from support.shared import TESTS
 from support.statistics import estimate
 
@@ -47,6 +49,7 @@ def judge(
     if oracle_error > 0:
         z = (found.mean - expected) / np.hypot(found.error, oracle_error)
     text = f"mean {found.mean}, standard error {found.error}, expected {expected}, z {np.round(z, 2)}"
+    note(f"{os.environ.get('PYTEST_CURRENT_TEST', '')}: {text}")
     allowed = relative_error * np.abs(expected)
     assert (found.error <= allowed).all(), f"not sharp enough to judge, take more samples: {text}"
     assert (np.abs(z) < LARGEST_Z).all(), text

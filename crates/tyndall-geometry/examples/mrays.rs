@@ -143,7 +143,10 @@ fn instances() {
     let start = process_cpu_seconds();
     let accel = Accel::build(list);
     let bytes = accel.memory_bytes() as f64 / f64::from(n);
-    println!("{n} instances: build {:.1} CPU s of all threads, {bytes:.0} B each", process_cpu_seconds() - start);
+    println!(
+        "{n} instances: build {:.1} CPU s of all threads, {bytes:.0} B each",
+        process_cpu_seconds() - start
+    );
 }
 
 fn main() {

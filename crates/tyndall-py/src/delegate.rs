@@ -129,8 +129,9 @@ impl RenderDelegate {
     }
 
     fn report(&self, severity: &str, path: &str, what: &str, action: &str) -> PyResult<()> {
-        let severity = Severity::from_name(severity)
-            .ok_or_else(|| SceneError::new_err(format!("severity {severity:?} is not info, warning or error")))?;
+        let severity = Severity::from_name(severity).ok_or_else(|| {
+            SceneError::new_err(format!("severity {severity:?} is not info, warning or error"))
+        })?;
         self.with(|delegate| {
             delegate.report(scene::Diagnostic {
                 severity,

@@ -69,7 +69,10 @@ impl Film {
         match extension.as_deref() {
             Some("exr") => guarded(py, || self.write_exr(&path, &names, &metadata))?,
             Some("png") => guarded(py, || self.write_png(&path, &metadata))?,
-            _ => Err(format!("{}: images are written as .exr or .png; change the file's ending", path.display())),
+            _ => Err(format!(
+                "{}: images are written as .exr or .png; change the file's ending",
+                path.display()
+            )),
         }
         .map_err(FileError::new_err)
     }

@@ -31,9 +31,9 @@ fn array<T: numpy::Element + Copy>(object: Object, name: &str) -> PyResult<Vec<T
 }
 
 fn to_vec<T: numpy::Element + Copy>(value: Object, name: &str) -> PyResult<Vec<T>> {
-    let array: PyReadonlyArrayDyn<T> = value
-        .extract()
-        .map_err(|_| SceneError::new_err(format!("{name} must be a contiguous numpy array of its documented type")))?;
+    let array: PyReadonlyArrayDyn<T> = value.extract().map_err(|_| {
+        SceneError::new_err(format!("{name} must be a contiguous numpy array of its documented type"))
+    })?;
     Ok(array.as_slice().map_err(|_| SceneError::new_err(format!("{name} must be contiguous")))?.to_vec())
 }
 

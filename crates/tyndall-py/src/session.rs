@@ -41,8 +41,7 @@ impl Session {
     #[new]
     fn new(py: Python<'_>, scene: &Scene, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
         let json: String = py.import("json")?.call_method1("dumps", (settings,))?.extract()?;
-        let settings =
-            RenderSettings::from_json(&json).map_err(|e| SettingsError::new_err(e.to_string()))?;
+        let settings = RenderSettings::from_json(&json).map_err(|e| SettingsError::new_err(e.to_string()))?;
         for name in &settings.aovs {
             tyndall_render::aov::find(name).map_err(SettingsError::new_err)?;
         }
@@ -190,8 +189,7 @@ impl Session {
         let by_samples = done as f64 / total as f64;
         let by_time = if limit > 0.0 { elapsed_secs / limit } else { 0.0 };
         let fraction = by_samples.max(by_time).min(1.0);
-        let remaining_secs =
-            (fraction > 0.0).then(|| elapsed_secs * (1.0 - fraction) / fraction);
+        let remaining_secs = (fraction > 0.0).then(|| elapsed_secs * (1.0 - fraction) / fraction);
         Progress { fraction, samples_done: done, samples_total: total, elapsed_secs, remaining_secs }
     }
 }

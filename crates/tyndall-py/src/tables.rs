@@ -16,10 +16,7 @@ pub(crate) struct AovInfo {
 /// Every AOV.
 #[pyfunction]
 pub(crate) fn list_aovs() -> Vec<AovInfo> {
-    aov::AOVS
-        .iter()
-        .map(|a| AovInfo { name: a.name, channels: a.channels.to_vec(), doc: a.doc })
-        .collect()
+    aov::AOVS.iter().map(|a| AovInfo { name: a.name, channels: a.channels.to_vec(), doc: a.doc }).collect()
 }
 
 /// Every render setting: name, kind, min, max, choices, doc, default.

@@ -3,7 +3,7 @@
 //! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
 //! order, so the number of threads never changes a bit of the image.
 
-use crate::film::{Film, TILE_SIZE};
+use crate::film::Film;
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
@@ -136,7 +136,6 @@ fn pass_size(done: u32) -> u32 {
 /// Brings every pixel to `target` samples.
 fn render_pass(integrator: &Integrator, film: &mut Film, target: u32, control: &Control) -> PathStatistics {
     let image_width = film.width();
-    debug_assert!(TILE_SIZE > 0);
     film.tiles_mut()
         .par_iter_mut()
         .map(|tile| {

@@ -41,7 +41,11 @@ fn medium(absorption: [f32; 3], scattering: [f32; 3], emission: [f32; 3]) -> Pri
         ("emission", NodeInput::Vector(emission)),
         ("anisotropy", NodeInput::Float(0.4)),
     ];
-    Prim::Material(Arc::new(Material { nodes: vec![node("volume", &inputs)], surface: None, volume: Some(0) }))
+    Prim::Material(Arc::new(Material {
+        nodes: vec![node("volume", &inputs)],
+        surface: None,
+        volume: Some(0),
+    }))
 }
 
 fn shape(kind: ShapeKind, position: DVec3, material: &str) -> Prim {
@@ -115,8 +119,7 @@ fn render(delegate: &mut RenderDelegate, settings: &RenderSettings, cache: &mut 
 
 /// Mean over pixels and channels, with its standard error from the spread of the pixels.
 fn mean_and_error(rgba: &[f32]) -> (f64, f64) {
-    let values: Vec<f64> =
-        rgba.chunks_exact(4).flat_map(|p| p[..3].iter().map(|v| f64::from(*v))).collect();
+    let values: Vec<f64> = rgba.chunks_exact(4).flat_map(|p| p[..3].iter().map(|v| f64::from(*v))).collect();
     let n = values.len() as f64;
     let mean = values.iter().sum::<f64>() / n;
     let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
@@ -217,7 +220,10 @@ fn unbounded_media_scatter_under_a_sky_alone() {
 
 fn still_life() -> Vec<(&'static str, Prim)> {
     vec![
-        ("/floor", shape(ShapeKind::Plane { width: 20.0, length: 20.0 }, DVec3::new(0.0, 0.0, -3.0), "/grey")),
+        (
+            "/floor",
+            shape(ShapeKind::Plane { width: 20.0, length: 20.0 }, DVec3::new(0.0, 0.0, -3.0), "/grey"),
+        ),
         ("/ball", shape(ShapeKind::Sphere { radius: 1.0 }, DVec3::ZERO, "/grey")),
         ("/smoke", shape(ShapeKind::Cube { size: 2.0 }, DVec3::X, "/m")),
         ("/grey", diffuse(0.6)),

@@ -17,7 +17,7 @@ const GROWTH: f32 = 3e-7;
 const SMALL: usize = 2048;
 
 /// Boxes above which building quickly is worth more than the last percents of tracing.
-const HUGE: usize = 2_000_000;
+const HUGE: usize = 1 << 20;
 
 /// How primitives become leaves.
 #[derive(Debug, Clone, Copy)]
@@ -120,12 +120,13 @@ fn is_degenerate(boxes: &[Bounds]) -> bool {
     if boxes.len() < SMALL {
         return false;
     }
+    // Some evenly spread over the list tell enough.
+    let sample = || boxes.iter().step_by(boxes.len().div_ceil(1 << 16));
     let cell = (all.max - all.min) / 2f32.powi(20);
-    let centers: rustc_hash::FxHashSet<[i32; 3]> = boxes
-        .iter()
+    let centers: rustc_hash::FxHashSet<[i32; 3]> = sample()
         .map(|b| ((b.min * 0.5 + b.max * 0.5 - all.min) / cell).to_array().map(|x| x as i32))
         .collect();
-    centers.len() < boxes.len() / 16
+    centers.len() < sample().count() / 16
 }
 
 /// A binary tree; children of inner nodes come after them.

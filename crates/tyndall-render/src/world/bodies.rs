@@ -59,6 +59,7 @@ impl Body {
         let near = a.min(b).max_element().max(0.0);
         let far = a.max(b).min_element() * (1.0 + 2.0 * tyndall_math::GAMMA_3);
         // A ray in a face's plane gives NaN: then look closer.
-        !(near > far) && !(near > ray.t_max)
+        let passes_by = near > far || near > ray.t_max;
+        !passes_by
     }
 }
