@@ -44,7 +44,7 @@ test-rust: setup
 	scripts/cargo_tests
 
 test-python: build $(STAMPS)/test
-	$(BIN)/python -m pytest $(ARGS)
+	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 
 bench: build $(STAMPS)/bench ## speed and error against time beside Mitsuba 3; JSON in out/bench
 	scripts/setup_bench

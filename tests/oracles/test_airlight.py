@@ -36,7 +36,7 @@ def test_airlight(tmp_path: Path, row: dict[str, Any]) -> None:
     stage.box((-far, -far, -far), (far, far, far), fog)
     stage.point((row["light_along"], row["light_off"], 0), 1.0)
     if row["ray_length"] is not None:
-        # A black wall, wider than the view and too small to shade the light from a noticeable part of the ray.
+        # A black wall, wider than the view and too small to shade the light noticeably.
         stage.quad((row["ray_length"], -1e-5, -1e-5), (0, 2e-5, 0), (0, 0, 2e-5), stage.lambert(0.0))
     # Light close to the ray is sampled rarely and weighs much.
     spp = 65536 if row["light_off"] < 0.1 else 16384

@@ -86,7 +86,7 @@ def test_bad_usage(tmp_path: Path, arguments: tuple[str, ...]) -> None:
 
 def test_missing_camera(tmp_path: Path) -> None:
     run = render(small_stage(), tmp_path, "--camera", "/World/NoSuchCamera")
-    assert_message(run, FAILED, "/World/NoSuchCamera", "/World/Camera")
+    assert_message(run, USAGE, "/World/NoSuchCamera", "/World/Camera")
 
 
 def test_stage_without_camera(tmp_path: Path) -> None:

@@ -164,7 +164,7 @@ def test_stats(tmp_path: Path) -> None:
     assert stats["spp"] == 8
     assert stats["diagnostics"] == []
     text = json.dumps(stats)
-    for word in ("wall", "cpu", "rays", "nan", "memory"):
+    for word in ("wall", "cpu", "rays", "nonfinite", "memory", "majorantviolations"):
         assert word in text.lower(), f"no {word} in {text}"
 
 

@@ -10,7 +10,7 @@ use tyndall_scene as scene;
 use tyndall_scene::{DirtyBits, PrimPath, Severity};
 
 /// A message about what could not be rendered as asked.
-#[pyclass(frozen, get_all, module = "tyndall", skip_from_py_object)]
+#[pyclass(frozen, get_all, module = "tyndall")]
 #[derive(Clone)]
 pub(crate) struct Diagnostic {
     severity: String,
