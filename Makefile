@@ -6,7 +6,7 @@ STAMPS := $(VENV)/stamps
 export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 THREADS ?= 2
 # The picture is done when either is reached.
-DEMO_LIMITS ?= --spp 256 --time 40
+DEMO_LIMITS ?= --spp 48 --time 45
 # Extra arguments, e.g. `make bench ARGS="--scenes kitchen"`.
 ARGS ?=
 

@@ -14,13 +14,13 @@ import numpy as np
 import tyndall
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdRender, UsdShade, UsdVol
 
-RESOLUTION = (960, 540)
-MAX_BOUNCES = 48
+RESOLUTION = (640, 360)
+MAX_BOUNCES = 24
 # The cloud: a small one near by rather than a large one far away; extinction in 1/m at density 1.
 VOXELS = (176, 104, 136)
 VOXEL = 0.05
-CLOUD_CENTER = (0.0, 3.1, 0.0)
-EXTINCTION = 9.0
+CLOUD_CENTER = (0.2, 3.55, -0.5)
+EXTINCTION = 7.0
 ALBEDO = 0.995
 ANISOTROPY = 0.6
 
@@ -107,11 +107,11 @@ def add_objects(stage: Usd.Stage) -> None:
     ground.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
     bind(
         ground.GetPrim(),
-        material(stage, "ground", diffuseColor=color(0.34, 0.29, 0.23), roughness=number(0.9)),
+        material(stage, "ground", diffuseColor=color(0.30, 0.27, 0.17), roughness=number(0.9)),
     )
 
     gold = material(
-        stage, "gold", diffuseColor=color(1.0, 0.71, 0.29), metallic=number(1.0), roughness=number(0.18)
+        stage, "gold", diffuseColor=color(1.0, 0.71, 0.29), metallic=number(1.0), roughness=number(0.3)
     )
     clay = material(stage, "clay", diffuseColor=color(0.62, 0.16, 0.09), roughness=number(0.6))
     chalk = material(stage, "chalk", diffuseColor=color(0.78, 0.77, 0.74), roughness=number(0.8))
@@ -148,10 +148,10 @@ def add_lights(stage: Usd.Stage) -> None:
     sun = UsdLux.DistantLight.Define(stage, "/Demo/Sun")
     sun.CreateAngleAttr(0.53)
     sun.CreateNormalizeAttr(True)
-    sun.CreateIntensityAttr(5.2)
+    sun.CreateIntensityAttr(4.4)
     sun.CreateColorAttr(Gf.Vec3f(1.0, 0.80, 0.56))
-    sun.AddRotateYOp().Set(58.0)
-    sun.AddRotateXOp().Set(-27.0)
+    sun.AddRotateYOp().Set(-68.0)
+    sun.AddRotateXOp().Set(-32.0)
     sky = UsdLux.DomeLight.Define(stage, "/Demo/Sky")
     sky.CreateTextureFormatAttr(UsdLux.Tokens.latlong)
     sky.CreateTextureFileAttr(Sdf.AssetPath("./sky.hdr"))
@@ -161,7 +161,7 @@ def write_sky(path: Path, width: int = 256, height: int = 128) -> None:
     """Write a clear sky as Radiance HDR, pale at the horizon."""
     elevation = (0.5 - (np.arange(height) + 0.5) / height) * math.pi
     up = np.maximum(np.sin(elevation), 0.0)[:, None, None]
-    zenith, horizon = np.array([0.10, 0.22, 0.52]), np.array([0.62, 0.66, 0.70])
+    zenith, horizon = np.array([0.07, 0.17, 0.42]), np.array([0.42, 0.48, 0.54])
     sky = zenith + (horizon - zenith) * np.exp(-4.0 * up)
     image = np.broadcast_to(sky, (height, width, 3)).astype(np.float32)
     write_radiance(path, image)
@@ -180,7 +180,7 @@ def write_radiance(path: Path, image: np.ndarray) -> None:
 def add_camera(stage: Usd.Stage, images: Path) -> None:
     """Add the camera, and render settings with the two images as products."""
     camera = UsdGeom.Camera.Define(stage, "/Demo/Camera")
-    position, target = Gf.Vec3d(0.0, 1.15, 11.5), Gf.Vec3d(0.0, 2.35, 0.0)
+    position, target = Gf.Vec3d(0.0, 1.15, 11.5), Gf.Vec3d(0.0, 2.55, 0.0)
     view = Gf.Matrix4d().SetLookAt(position, target, Gf.Vec3d(0, 1, 0))
     camera.AddTransformOp().Set(view.GetInverse())
     camera.CreateFocalLengthAttr(35.0)

@@ -111,7 +111,7 @@ def test_unsafe_is_in_one_place() -> None:
 
 
 def test_no_paths_of_one_machine() -> None:
-    # "/root/..." alone may be a prim path; what lies in root's home on a machine begins with a dot.
+    # A bare folder of the root user may be a prim path; what lies in that user's home begins with a dot.
     folders = "|".join(("work/", "home/", "farm/", "Users/", r"root/\."))
     pattern = re.compile(rf"(?:^|[^A-Za-z0-9_.])/(?:{folders})")
     kinds = (".rs", ".py", ".pyi", ".toml", ".md", ".usda", ".json", ".txt", ".ini", ".sh", ".yml")

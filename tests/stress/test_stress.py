@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from pxr import Gf, Usd
 from support import exr
 from support.cli import Run, read_stats, tyndall
 from support.shared import shared, shared_root
@@ -37,6 +38,11 @@ def listed_cases() -> list[dict[str, Any]]:
 
 
 CASES = listed_cases()
+# The case's numbers are rounded to seven digits, which at 1e6 changes its box and camera by 0.3 and 0.5: its
+# twin is itself, moved back, and not the case at the origin.
+MOVED_BACK = {"offset_1e+06_moved_back": "offset_1e+06"}
+TWINS = {"offset_1e+06": "offset_1e+06_moved_back"}
+OFFSET = Gf.Vec3d(1e6, 0, 1e6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +62,10 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @cache
 def render(case: str, folder: Path) -> Result:
     """Render a case once, whoever asks for it."""
-    stage = shared("cases", "stress", f"{case}.usda")
+    if case in MOVED_BACK:
+        stage = moved(shared("cases", "stress", f"{MOVED_BACK[case]}.usda"), folder / f"{case}.usda")
+    else:
+        stage = shared("cases", "stress", f"{case}.usda")
     image, stats = folder / f"{case}.exr", folder / f"{case}.json"
     run = tyndall(
         *("render", stage, "-o", image, "--stats", stats),
@@ -67,6 +76,18 @@ def render(case: str, folder: Path) -> Result:
     rgb = exr.read_rgb(image).astype(np.float64) if image.exists() else None
     diagnostics = read_stats(stats).get("diagnostics", []) if stats.exists() else []
     return Result(run, rgb, diagnostics)
+
+
+def moved(stage: Path, to: Path) -> Path:
+    """Write a copy of a stage with everything moved by -OFFSET."""
+    copy = Usd.Stage.Open(Usd.Stage.Open(str(stage)).Flatten())
+    for prim in copy.Traverse():
+        transform = prim.GetAttribute("xformOp:transform")
+        if transform:
+            matrix = transform.Get()
+            transform.Set(matrix.SetTranslateOnly(matrix.ExtractTranslation() - OFFSET))
+    copy.GetRootLayer().Export(str(to))
+    return to
 
 
 def test_the_cases_are_there() -> None:
@@ -96,7 +117,7 @@ def test_case(case: dict[str, Any], folder: Path) -> None:
             value, tolerance = map(float, arguments)
             assert mean == pytest.approx(np.full(3, value), rel=tolerance), told
         case "same":
-            other, tolerance = arguments[0], float(arguments[1])
+            other, tolerance = TWINS.get(case["id"], arguments[0]), float(arguments[1])
             twin = render(other, folder).rgb
             assert twin is not None
             assert mean == pytest.approx(twin.mean(axis=(0, 1)), rel=tolerance), told
