@@ -69,7 +69,7 @@ def main() -> None:
             copy = vdb.read(str(written / f"{name}_{packing}.vdb"), name)
             require(stored_values(copy) == original, f"{name}_{packing}.vdb")
             count += len(original)
-    print(f"8 files, {count} values equal")
+    sys.stdout.write(f"8 files, {count} values equal\n")
 
 
 if __name__ == "__main__":

@@ -413,7 +413,7 @@ def main() -> None:
     corpus.finish()
     files = sorted(folder.glob("*.vdb"))
     total = sum(path.stat().st_size for path in folder.iterdir())
-    print(f"{len(files)} files, {len(corpus.truth)} grids, {total} bytes")
+    sys.stdout.write(f"{len(files)} files, {len(corpus.truth)} grids, {total} bytes\n")
 
 
 if __name__ == "__main__":
