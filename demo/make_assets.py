@@ -87,8 +87,8 @@ def add_cloud(stage: Usd.Stage, folder: Path) -> None:
     """Write the grid and add the volume that shows it."""
     values = clouds.cumulus(VOXELS, VOXEL, seed=11)
     corner = np.array(CLOUD_CENTER) - np.array(VOXELS) * VOXEL / 2
-    origin = tuple(float(c) for c in corner + VOXEL / 2)
-    tyndall.write_vdb(str(folder / "cloud.vdb"), "density", values, VOXEL, origin)
+    x, y, z = (float(c) for c in corner + VOXEL / 2)
+    tyndall.write_vdb(str(folder / "cloud.vdb"), "density", values, VOXEL, (x, y, z))
     volume = UsdVol.Volume.Define(stage, "/Demo/Cloud")
     field = UsdVol.OpenVDBAsset.Define(stage, "/Demo/Cloud/density")
     field.CreateFilePathAttr(Sdf.AssetPath("./cloud.vdb"))

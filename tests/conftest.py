@@ -1,18 +1,17 @@
-"""Fixtures of every whole-system test."""
+"""What happens around every run of the whole-system tests."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import pytest
 from support.shared import OUT
 
 if TYPE_CHECKING:
-    from pathlib import Path
+    import pytest
 
 
-@pytest.fixture
-def out() -> Path:
-    """Return the folder for pictures of failures; not removed after the run."""
-    OUT.mkdir(parents=True, exist_ok=True)
-    return OUT
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Begin the list of measured figures anew (in the process that starts the workers, if there are any)."""
+    if not hasattr(session.config, "workerinput"):
+        OUT.mkdir(parents=True, exist_ok=True)
+        (OUT / "figures.txt").unlink(missing_ok=True)

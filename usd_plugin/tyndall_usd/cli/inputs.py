@@ -100,12 +100,12 @@ def choose_camera(
 
 
 def _camera_of_option(stage: Usd.Stage, wanted: str) -> Usd.Prim:
-    if wanted.startswith("/"):
-        prim = _prim_of_option(stage, wanted, "--camera")
+    cameras = find_cameras(stage)
+    if wanted.startswith("/") and Sdf.Path.IsValidPathString(wanted) and stage.GetPrimAtPath(wanted):
+        prim = stage.GetPrimAtPath(wanted)
         if prim.GetTypeName() != "Camera":
             raise UsageError(f"--camera: <{wanted}> is a {prim.GetTypeName() or 'prim'}, not a Camera")
         return prim
-    cameras = find_cameras(stage)
     named = [
         camera
         for camera in cameras

@@ -160,6 +160,9 @@ pub(super) fn inverse(m: DMat3) -> Mat3A {
 pub(super) fn ellipsoid_area(m: DMat3) -> f64 {
     let cofactor =
         DMat3::from_cols(m.y_axis.cross(m.z_axis), m.z_axis.cross(m.x_axis), m.x_axis.cross(m.y_axis));
+    if let Some(radius) = uniform_scale(m) {
+        return 4.0 * PI * radius * radius;
+    }
     let (n_theta, n_phi) = (256, 128);
     let mut sum = 0.0;
     for i in 0..n_theta {
@@ -171,6 +174,14 @@ pub(super) fn ellipsoid_area(m: DMat3) -> f64 {
         }
     }
     sum * 4.0 * PI / (f64::from(n_theta) * f64::from(n_phi))
+}
+
+/// The scale of a map that is a rotation (or reflection) and one scale. Thousands of lights are spheres: their area
+/// needs no quadrature.
+fn uniform_scale(m: DMat3) -> Option<f64> {
+    let square = m.x_axis.length_squared();
+    let gram = m.transpose() * m;
+    gram.abs_diff_eq(DMat3::from_diagonal(DVec3::splat(square)), 1e-12 * square).then(|| square.sqrt())
 }
 
 #[cfg(test)]
