@@ -10,6 +10,7 @@ mod bodies;
 mod build;
 mod cache;
 mod clipping;
+mod context;
 mod grids;
 mod materials;
 mod media;

@@ -4,12 +4,13 @@ use super::World;
 use super::bodies::LightBodies;
 use super::cache::WorldCache;
 use super::clipping;
+use super::context::BuildContext;
 use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::placements::Placements;
 use super::surfaces::SurfacesBuilder;
 use crate::camera::CameraModel;
-use glam::{DVec3, Vec3A};
+use glam::Vec3A;
 use tyndall_scene::prim::{self, Prim};
 use tyndall_scene::{AssetLoader, Diagnostics, PrimPath, RenderSettings, Scene};
 use tyndall_shading::{Light, LightSet};
@@ -28,17 +29,6 @@ pub enum WorldError {
         /// What there is.
         known: String,
     },
-}
-
-/// What every part of the build needs.
-pub(super) struct BuildContext<'a> {
-    pub(super) scene: &'a Scene,
-    pub(super) assets: &'a dyn AssetLoader,
-    pub(super) cache: &'a mut WorldCache,
-    pub(super) placements: Placements<'a>,
-    /// The camera's position on the stage: the origin of the world.
-    pub(super) origin: DVec3,
-    pub(super) diagnostics: Diagnostics,
 }
 
 impl World {

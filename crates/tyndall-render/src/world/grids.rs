@@ -1,7 +1,7 @@
 //! Fields into brick grids.
 
-use super::build::BuildContext;
 use super::cache::GridSource;
+use super::context::BuildContext;
 use glam::{DAffine3, DVec3};
 use std::sync::Arc;
 use tyndall_scene::prim::{FieldSource, Prim};

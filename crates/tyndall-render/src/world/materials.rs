@@ -1,6 +1,6 @@
 //! Materials by path, compiled once.
 
-use super::build::BuildContext;
+use super::context::BuildContext;
 use rustc_hash::FxHashMap;
 use tyndall_scene::PrimPath;
 use tyndall_scene::prim::Prim;

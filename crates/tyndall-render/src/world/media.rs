@@ -1,6 +1,6 @@
 //! Participating media and the boundaries that hold them.
 
-use super::build::BuildContext;
+use super::context::BuildContext;
 use super::grids::{self, LoadedField};
 use super::materials::Materials;
 use super::placements::{camera_relative, is_invertible, relative_to};

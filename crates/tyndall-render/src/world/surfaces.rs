@@ -1,7 +1,7 @@
 //! Surfaces: built meshes, their placements, and the structure that rays search.
 
-use super::build::BuildContext;
 use super::cache::MeshSource;
+use super::context::BuildContext;
 use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::merged::Merged;
