@@ -111,7 +111,7 @@ def test_the_cases_are_there() -> None:
     assert len(CASES) >= 70
 
 
-@pytest.mark.parametrize("case", map(marked, CASES))
+@pytest.mark.parametrize("case", [marked(case) for case in CASES])
 def test_case(case: dict[str, Any], folder: Path) -> None:
     result = render(case["id"], folder)
     check, *arguments = case["check"].split()
