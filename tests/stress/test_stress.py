@@ -50,7 +50,6 @@ BELOW_ROUNDING = "a free flight shorter than the rounding of f32 positions never
 KNOWN_WRONG = {
     "density_1e8": BELOW_ROUNDING,
     "density_1e12": BELOW_ROUNDING,
-    "slab_1e-7": "a span thinner than the spacing of f32 distances counts as one spacing: too opaque",
 }
 
 

@@ -15,7 +15,7 @@ use crate::blas::Blas;
 use crate::bvh::{
     Bounds, BoxRay, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
 };
-use analytic::{box_interval, round_outward, sphere_interval};
+use analytic::{box_interval, round_outward, share, sphere_interval};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
 use std::ops::Range;
 use std::sync::Arc;
@@ -134,11 +134,12 @@ impl Boundaries {
         self.regions.is_empty()
     }
 
-    /// Calls `emit(boundary, t0, t1)` for every part of `ray` inside a boundary, `0 <= t0 < t1 <= t_max`, ordered by
-    /// (boundary, t0). Spans of one boundary don't overlap; those of different ones may. A span shorter than the
-    /// spacing of f32 is widened to it, never lost. A ray that is not finite or has no direction has no spans.
+    /// Calls `emit(boundary, t0, t1, share)` for every part of `ray` inside a boundary, `0 <= t0 < t1 <= t_max`,
+    /// ordered by (boundary, t0). Spans of one boundary don't overlap; those of different ones may. A span shorter than
+    /// the spacing of f32 is widened to it, never lost; `share` is its exact length divided by `t1 - t0`, so that
+    /// optical depths stay right. A ray that is not finite or has no direction has no spans.
     #[inline]
-    pub fn spans(&self, ray: &Ray, scratch: &mut SpanScratch, emit: &mut impl FnMut(u32, f32, f32)) {
+    pub fn spans(&self, ray: &Ray, scratch: &mut SpanScratch, emit: &mut impl FnMut(u32, f32, f32, f32)) {
         if !is_traceable(ray) {
             return;
         }
@@ -165,11 +166,11 @@ impl Boundaries {
         boundary: u32,
         ray: &Ray,
         crossings: &mut Vec<Crossing>,
-        emit: &mut impl FnMut(u32, f32, f32),
+        emit: &mut impl FnMut(u32, f32, f32, f32),
     ) {
         let mut clipped = |t0: f64, t1: f64| {
-            if let Some([t0, t1]) = round_outward(t0, t1, ray.t_max) {
-                emit(boundary, t0, t1);
+            if let Some([near, far]) = round_outward(t0, t1, ray.t_max) {
+                emit(boundary, near, far, share(t0, t1, near, far, ray.t_max));
             }
         };
         match &self.regions[boundary as usize] {

@@ -59,6 +59,9 @@ pub struct Span {
     pub t1: f32,
     /// Index into the list of media.
     pub medium: u32,
+    /// Factor on the medium's coefficients: the span's exact length divided by `t1 - t0`. 1 but for spans so short
+    /// that the rounding of their ends shows.
+    pub share: f32,
 }
 
 impl Span {
@@ -82,6 +85,16 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
+    /// All coefficients times `factor`.
+    #[inline]
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        Self {
+            sigma_t: self.sigma_t * factor,
+            sigma_s: self.sigma_s * factor,
+            emission: self.emission * factor,
+        }
+    }
+
     /// Adds `density` times `other`.
     #[inline]
     pub(crate) fn add_scaled(&mut self, other: &Coefficients, density: f32) {

@@ -19,7 +19,7 @@ pub fn sums_at(media: &[Medium], spans: &[Span], ray: &Ray, t: f32) -> PointSums
     let mut sums = PointSums::default();
     for span in spans.iter().filter(|span| span.t0 <= t && t < span.t1 && t <= ray.t_max) {
         let medium = &media[span.medium as usize];
-        let c = medium.coefficients();
+        let c = medium.coefficients().scaled(span.share);
         let density = medium.density.as_ref().map_or(1.0, |density| {
             f64::from(density.grid.density(density.index_from_world.transform_point3a(ray.at(t))))
         });

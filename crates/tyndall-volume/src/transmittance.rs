@@ -31,7 +31,8 @@ pub fn transmittance(
     let mut depth = Rgb::ZERO;
     let mut has_grid = false;
     let present = |span: &Span| {
-        Some((span.clipped(ray)?, media.get(span.medium as usize)?)).map(|(t, m)| (t, m, m.coefficients()))
+        Some((span.clipped(ray)?, media.get(span.medium as usize)?))
+            .map(|(t, m)| (t, m, m.coefficients().scaled(span.share)))
     };
     for ([t0, t1], medium, c) in spans.iter().filter_map(present) {
         has_grid |= medium.density.is_some();

@@ -131,7 +131,7 @@ impl<'a> Present<'a> {
     fn new(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
         let t = span.clipped(ray)?;
         let medium = media.get(span.medium as usize)?;
-        let coefficients = medium.coefficients();
+        let coefficients = medium.coefficients().scaled(span.share);
         (!coefficients.is_zero()).then_some(Self { medium, coefficients, t })
     }
 }

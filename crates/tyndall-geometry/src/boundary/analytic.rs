@@ -49,6 +49,16 @@ pub(super) fn round_outward(t0: f64, t1: f64, t_max: f32) -> Option<[f32; 2]> {
     Some([near, near.next_up()])
 }
 
+/// Length of the part of [t0, t1] in [0, t_max], divided by that of [near, far], what [`round_outward`] made of it.
+#[inline]
+pub(super) fn share(t0: f64, t1: f64, near: f32, far: f32, t_max: f32) -> f32 {
+    if far == f32::INFINITY {
+        return 1.0;
+    }
+    let exact = t1.min(f64::from(t_max)) - t0.max(0.0);
+    (exact / (f64::from(far) - f64::from(near))) as f32
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -60,6 +70,8 @@ mod tests {
             let [near, far] = round_outward(t0, t1, t_max).unwrap();
             assert!(near < far && far <= t_max && near >= 0.0, "{near} {far}");
             assert!(far - near <= near * 2.4e-7);
+            let length = f64::from(share(t0, t1, near, far, t_max)) * (f64::from(far) - f64::from(near));
+            assert!((length / (t1 - t0) - 1.0).abs() < 1e-6, "{length} for {}", t1 - t0);
         }
         assert_eq!(round_outward(2.0, 2.0, 9.0), None);
         assert_eq!(round_outward(-2.0, 0.0, 9.0), None);

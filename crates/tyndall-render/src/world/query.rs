@@ -72,7 +72,7 @@ impl World {
         spans.clear();
         self.media
             .boundaries()
-            .spans(ray, crossings, &mut |medium, t0, t1| spans.push(Span { t0, t1, medium }));
+            .spans(ray, crossings, &mut |medium, t0, t1, share| spans.push(Span { t0, t1, medium, share }));
     }
 
     /// What of the light of light `index` reaches the ray's origin: surfaces and other lights' bodies block, media

@@ -14,7 +14,7 @@ fn along_x(t_max: f32) -> Ray {
 }
 
 fn span(t0: f32, t1: f32, medium: u32) -> Span {
-    Span { t0, t1, medium }
+    Span { t0, t1, medium, share: 1.0 }
 }
 
 /// Means over `n` walks: pass weight, scatter weight, scatter weight times t, emission.
