@@ -103,12 +103,12 @@ def test_primvars_of_any_number_type_are_read(stage):
 
 
 def test_constant_primvars_are_inherited(stage):
-    root = UsdGeom.Xform.Define(stage, "/root")
+    root = UsdGeom.Xform.Define(stage, "/Model")
     UsdGeom.PrimvarsAPI(root).CreatePrimvar("displayColor", Sdf.ValueTypeNames.Color3fArray, "constant").Set(
         [(1, 0, 0)]
     )
-    _quads(stage, "/root/m")
-    assert _mesh(stage, "/root/m").primvars["displayColor"].values.tolist() == [[1, 0, 0]]
+    _quads(stage, "/Model/m")
+    assert _mesh(stage, "/Model/m").primvars["displayColor"].values.tolist() == [[1, 0, 0]]
 
 
 @pytest.mark.parametrize(

@@ -84,7 +84,7 @@ const FIELD: KindSpec = KindSpec {
 impl Operation {
     /// `a * b`, for weights made by the compiler.
     pub(super) fn multiply(a: Operand, b: Operand) -> Self {
-        Self::Multiply(Multiply::new(a, b))
+        Self::Multiply(Multiply { in1: a, in2: b })
     }
 
     /// The primvar of `slot`, or 0.
@@ -94,7 +94,7 @@ impl Operation {
 
     /// `1 - a`.
     pub(super) fn one_minus(a: Operand) -> Self {
-        Self::Subtract(Subtract::new(Operand::ONE, a))
+        Self::Subtract(Subtract { in1: Operand::ONE, in2: a })
     }
 
     /// `a` limited to [0, 1].

@@ -11,15 +11,8 @@ macro_rules! binary {
         #[doc = $doc]
         #[derive(Debug, Clone, Copy)]
         pub(in crate::graph) struct $type {
-            in1: Operand,
-            in2: Operand,
-        }
-
-        impl $type {
-            #[allow(dead_code, reason = "not every operation is made by the compiler itself")]
-            pub(super) fn new(in1: Operand, in2: Operand) -> Self {
-                Self { in1, in2 }
-            }
+            pub(super) in1: Operand,
+            pub(super) in2: Operand,
         }
 
         impl Pattern for $type {
