@@ -18,7 +18,8 @@ pub(super) fn box_interval(origin: DVec3, direction: DVec3, min: DVec3, max: DVe
             }
             continue;
         }
-        let (a, b) = ((min[axis] - o) / d, (max[axis] - o) / d);
+        let inverse = 1.0 / d;
+        let (a, b) = ((min[axis] - o) * inverse, (max[axis] - o) * inverse);
         enter = enter.max(a.min(b));
         exit = exit.min(a.max(b));
     }
