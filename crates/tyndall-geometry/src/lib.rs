@@ -16,6 +16,7 @@
 mod accel;
 mod blas;
 mod boundary;
+mod boxes;
 mod bvh;
 mod mesh;
 mod subdivision;
@@ -24,6 +25,7 @@ mod surface;
 pub use accel::{Accel, Crossing, Hit, Instance};
 pub use blas::Blas;
 pub use boundary::{Boundaries, BoundaryShape, SpanScratch, inside_intervals};
+pub use boxes::BoxTree;
 pub use bvh::SimdLevel;
 pub use mesh::TriangleMesh;
 pub use surface::SurfacePoint;

@@ -19,5 +19,5 @@ mod testing;
 
 pub use graph::{CompiledMaterial, NODE_KINDS, ShadingContext, SurfaceShading, VolumeMaterial};
 pub use kind::{KindSpec, ParamDefault, ParamSpec};
-pub use light::{Light, LightSample, LightSet};
+pub use light::{Light, LightSample, LightSet, Receiver};
 pub use material::{Bsdf, BsdfSample, BsdfValue, Lobe, ShadingFrame};

@@ -7,6 +7,7 @@
 //! Lights of finite area are opaque bodies: rays hit them from both sides, and the side that does not emit is black.
 //! A new kind is one file with one `impl Emitter` and one name in the `closed_set!` line below.
 
+mod bounds;
 mod build;
 mod cylinder;
 mod disk;
@@ -14,20 +15,25 @@ mod distant;
 mod dome;
 mod dome_table;
 mod emission;
+mod infinite;
 mod line;
 mod plane;
 mod point;
+mod receiver;
 mod rect;
 mod set;
 mod sphere;
 mod spherical_rect;
+mod tree;
 
 #[cfg(test)]
 mod tests;
 
+pub use receiver::Receiver;
 pub use set::LightSet;
 
 use crate::KindSpec;
+use bounds::Outreach;
 use build::LightBuilder;
 use cylinder::Cylinder;
 use disk::Disk;
@@ -81,11 +87,8 @@ trait Emitter {
         None
     }
 
-    /// Largest channel of the power sent into a scene of that radius.
-    fn flux(&self, scene_radius: f64) -> f64;
-
-    /// A guess of the irradiance that arrives at `from`; 0 only where certainly nothing does.
-    fn importance(&self, from: Vec3A) -> f64;
+    /// What the choice of a light needs to know: how much is sent, from where, and which way.
+    fn outreach(&self) -> Outreach;
 
     /// No light comes from a place: distant lights and domes.
     const IS_INFINITE: bool = false;
@@ -152,13 +155,8 @@ macro_rules! closed_set {
                 match &self.body { $(Body::$kind(it) => it.is_delta()),+ }
             }
 
-            fn flux(&self, scene_radius: f64) -> f64 {
-                match &self.body { $(Body::$kind(it) => it.flux(scene_radius)),+ }
-            }
-
-            #[inline]
-            fn importance(&self, from: Vec3A) -> f64 {
-                match &self.body { $(Body::$kind(it) => it.importance(from)),+ }
+            fn outreach(&self) -> Outreach {
+                match &self.body { $(Body::$kind(it) => it.outreach()),+ }
             }
         }
         $(impl From<$kind> for Body { fn from(it: $kind) -> Self { Self::$kind(it) } })+
@@ -206,10 +204,5 @@ impl Light {
     /// Factor on what glossy lobes receive.
     pub fn specular_factor(&self) -> f32 {
         self.specular
-    }
-
-    /// Largest channel of the power sent into a scene of radius `scene_radius`; finite, for light selection only.
-    pub fn flux_estimate(&self, scene_radius: f32) -> f32 {
-        self.flux(f64::from(scene_radius)).min(f64::from(f32::MAX)) as f32
     }
 }

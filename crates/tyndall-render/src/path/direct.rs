@@ -5,6 +5,7 @@ use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
 use tyndall_math::{Ray, Rgb};
+use tyndall_shading::Receiver;
 
 /// Shadow rays stop this fraction short of the light, so that a mesh modelled exactly at the light's own surface (the
 /// lamp's panel) does not hide it. Relative: no absolute epsilon.
@@ -24,7 +25,8 @@ impl Path<'_> {
         }
         let [u_light, u, v, _] = self.sampler.next_4d();
         let position = vertex.position();
-        let Some((index, p_light)) = lights.sample_light(position, u_light) else { return };
+        let receiver = Receiver::Point { position };
+        let Some((index, p_light)) = lights.sample_light(&receiver, u_light) else { return };
         let Some(light) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
         let (value, pdf_vertex) = vertex.evaluate(light.direction);
         let pdf_light = p_light * light.pdf;
@@ -78,7 +80,8 @@ impl Path<'_> {
         }
         let lights = self.world.lights();
         let from = self.origin.position;
-        let pdf_light = lights.probability(from, index) * lights.lights[index].pdf(from, self.ray.direction);
+        let p_light = lights.probability(&Receiver::Point { position: from }, index);
+        let pdf_light = p_light * lights.lights[index].pdf(from, self.ray.direction);
         self.origin.pdf / (self.origin.pdf + pdf_light)
     }
 }

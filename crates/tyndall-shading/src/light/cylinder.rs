@@ -5,13 +5,14 @@
 //! peak at the silhouette: with psi the largest such angle, r the distance across the axis (in that space), d the
 //! distance and |M| the determinant of the map to world space, it is d^3 / (4 psi |M| r^2) per steradian.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::sphere::inverse;
 use super::{Emitter, LightSample};
 use crate::kind::{KindSpec, POSITIVE, ParamSpec};
 use glam::{DMat3, Mat3A, Vec2, Vec3A};
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use tyndall_math::{Ray, Rgb};
 
 #[derive(Debug, Clone)]
@@ -23,7 +24,7 @@ pub(super) struct Cylinder {
     /// Cube root of the determinant.
     scale: f32,
     emission: Emission,
-    /// Largest channel of the power divided by 4 pi.
+    /// Largest channel of the mean intensity inside the shaping's cone.
     intensity: f64,
 }
 
@@ -56,6 +57,13 @@ impl Cylinder {
             scale: m.determinant().abs().cbrt() as f32,
             emission,
         })
+    }
+
+    fn corners(&self) -> (Vec3A, Vec3A) {
+        let m = &self.world_from_unit;
+        let around = m.y_axis * m.y_axis + m.z_axis * m.z_axis;
+        let half = m.x_axis.abs() + Vec3A::new(around.x.sqrt(), around.y.sqrt(), around.z.sqrt());
+        (self.center - half, self.center + half)
     }
 
     #[inline]
@@ -165,23 +173,10 @@ impl Emitter for Cylinder {
     }
 
     fn bounds(&self) -> Option<(Vec3A, Vec3A)> {
-        let m = &self.world_from_unit;
-        let around = m.y_axis * m.y_axis + m.z_axis * m.z_axis;
-        let half = m.x_axis.abs() + Vec3A::new(around.x.sqrt(), around.y.sqrt(), around.z.sqrt());
-        Some((self.center - half, self.center + half))
+        Some(self.corners())
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        4.0 * PI * self.intensity
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        let p = self.unit_position(from);
-        if p.y.hypot(p.z) <= 1.0 {
-            return 0.0;
-        }
-        let m = &self.world_from_unit;
-        let size2 = m.x_axis.length_squared() + m.y_axis.length_squared();
-        self.intensity / f64::from((from - self.center).length_squared().max(size2))
+    fn outreach(&self) -> Outreach {
+        Outreach::Local(LightBounds::new(self.corners(), self.emission.cone(), self.intensity))
     }
 }

@@ -1,5 +1,6 @@
 //! A disk (an ellipse under non-uniform scale) that emits from one side; points are drawn uniformly by area.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::plane::Plane;
@@ -15,7 +16,7 @@ pub(super) struct Disk {
     plane: Plane,
     pdf_area: f32,
     emission: Emission,
-    /// Largest channel of the power divided by pi.
+    /// Largest channel of the mean intensity along the normal, inside the shaping's cone.
     intensity: f64,
 }
 
@@ -31,6 +32,12 @@ impl Disk {
             intensity: radiance * area * emission.mean_factor(),
             emission,
         })
+    }
+
+    fn corners(&self) -> (Vec3A, Vec3A) {
+        let (x, y) = (self.plane.axis_x, self.plane.axis_y);
+        let squared = x * x + y * y;
+        self.plane.bounds(Vec3A::new(squared.x.sqrt(), squared.y.sqrt(), squared.z.sqrt()))
     }
 
     #[inline]
@@ -81,16 +88,11 @@ impl Emitter for Disk {
     }
 
     fn bounds(&self) -> Option<(Vec3A, Vec3A)> {
-        let (x, y) = (self.plane.axis_x, self.plane.axis_y);
-        let squared = x * x + y * y;
-        Some(self.plane.bounds(Vec3A::new(squared.x.sqrt(), squared.y.sqrt(), squared.z.sqrt())))
+        Some(self.corners())
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        PI * self.intensity
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        self.plane.importance(from, self.intensity)
+    fn outreach(&self) -> Outreach {
+        let cone = self.emission.cone_of_card(self.plane.normal);
+        Outreach::Local(LightBounds::new(self.corners(), cone, self.intensity))
     }
 }

@@ -2,6 +2,7 @@
 //!
 //! Units: UsdLux `normalize`, schema text of usd-core 26.11.
 
+use super::bounds::Outreach;
 use super::build::LightBuilder;
 use super::{Emitter, LightSample};
 use crate::kind::{KindSpec, ParamSpec};
@@ -102,12 +103,8 @@ impl Emitter for Distant {
         if is_inside && !self.is_delta() { self.radiance } else { Rgb::ZERO }
     }
 
-    fn flux(&self, scene_radius: f64) -> f64 {
-        self.irradiance * PI * scene_radius * scene_radius
-    }
-
-    fn importance(&self, _: Vec3A) -> f64 {
-        self.irradiance
+    fn outreach(&self) -> Outreach {
+        Outreach::Infinite { irradiance: self.irradiance }
     }
 
     fn is_delta(&self) -> bool {

@@ -3,6 +3,7 @@
 //! Image coordinates (u, v), from the top left, and directions: a = pi - 2 pi u, b = pi/2 - pi v,
 //! direction = (sin a cos b, sin b, cos a cos b). The middle of the image lies at +z, +x at u = 1/4.
 
+use super::bounds::Outreach;
 use super::build::LightBuilder;
 use super::dome_table::DomeTable;
 use super::{Emitter, LightSample};
@@ -123,12 +124,8 @@ impl Emitter for Dome {
         }
     }
 
-    fn flux(&self, scene_radius: f64) -> f64 {
-        4.0 * PI * PI * scene_radius * scene_radius * self.mean
-    }
-
-    fn importance(&self, _: Vec3A) -> f64 {
-        PI * self.mean
+    fn outreach(&self) -> Outreach {
+        Outreach::Infinite { irradiance: PI * self.mean }
     }
 }
 

@@ -4,6 +4,7 @@
 //! are drawn uniformly in the angle they subtend at the receiver (Kulla & Fajardo 2012, equi-angular sampling,
 //! doi:10.1111/j.1467-8659.2012.03148.x), so the estimate has no peak near the line.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::{Emitter, LightSample};
@@ -19,7 +20,7 @@ pub(super) struct Line {
     half_length: f32,
     /// In place of radiance: 2 r L.
     strength: Emission,
-    /// Largest channel of the power divided by 4 pi.
+    /// Largest channel of the mean intensity inside the shaping's cone.
     intensity: f64,
 }
 
@@ -91,15 +92,10 @@ impl Emitter for Line {
         Rgb::ZERO
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        4.0 * PI * self.intensity
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        let along = (from - self.center).dot(self.axis).clamp(-self.half_length, self.half_length);
-        let nearest = f64::from((from - self.center - self.axis * along).length());
-        let half = f64::from(self.half_length);
-        self.intensity / (nearest * nearest.max(half)).max(f64::MIN_POSITIVE)
+    fn outreach(&self) -> Outreach {
+        let half = self.axis.abs() * self.half_length;
+        let corners = (self.center - half, self.center + half);
+        Outreach::Local(LightBounds::new(corners, self.strength.cone(), self.intensity))
     }
 
     fn is_delta(&self) -> bool {

@@ -75,20 +75,6 @@ impl Plane {
         (from - self.center).dot(self.normal) > 0.0
     }
 
-    /// Intensity towards `from` of a Lambertian emitter of power `pi * intensity`, over the squared distance, which is
-    /// never taken as smaller than the figure.
-    pub(super) fn importance(&self, from: Vec3A, intensity: f64) -> f64 {
-        if !self.is_seen_from(from) {
-            return 0.0;
-        }
-        let offset = from - self.center;
-        let size2 = self.axis_x.length_squared() + self.axis_y.length_squared();
-        let d2 = f64::from(offset.length_squared().max(size2));
-        // The cosine at the centre understates what an edge sends; half of it is kept for everyone.
-        let cos = f64::from(self.normal.dot(offset.normalize_or(self.normal)));
-        intensity * (0.5 + 0.5 * cos) / d2
-    }
-
     /// The box around a part of the plane whose half width along each world axis is `half`.
     pub(super) fn bounds(&self, half: Vec3A) -> (Vec3A, Vec3A) {
         (self.center - half, self.center + half)

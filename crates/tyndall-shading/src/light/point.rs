@@ -3,13 +3,13 @@
 //! It stands for a sphere of radiance L and area A too small to see: the mean projected area of a convex body is A / 4
 //! (Cauchy), so its intensity is L A / 4. A normalized sphere has L = intensity / A, hence I = intensity / 4.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::sphere::ellipsoid_area;
 use super::{Emitter, LightSample};
 use crate::kind::KindSpec;
 use glam::{Vec2, Vec3A};
-use std::f64::consts::PI;
 use tyndall_math::Rgb;
 
 #[derive(Debug, Clone)]
@@ -17,6 +17,7 @@ pub(super) struct Point {
     position: Vec3A,
     /// In place of radiance: watts per steradian.
     intensity: Emission,
+    /// Mean of the shaping inside its cone.
     mean_factor: f64,
 }
 
@@ -68,15 +69,9 @@ impl Emitter for Point {
         Rgb::ZERO
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        4.0 * PI * f64::from(self.intensity.radiance.max_element()) * self.mean_factor
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        let offset = self.position - from;
-        let d2 = f64::from(offset.length()).powi(2).max(f64::MIN_POSITIVE);
-        let direction = -offset.normalize_or(Vec3A::Z);
-        f64::from(self.intensity.towards(direction).max_element()) / d2
+    fn outreach(&self) -> Outreach {
+        let mean = f64::from(self.intensity.radiance.max_element()) * self.mean_factor;
+        Outreach::Local(LightBounds::new((self.position, self.position), self.intensity.cone(), mean))
     }
 
     fn is_delta(&self) -> bool {

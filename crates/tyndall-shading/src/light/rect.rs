@@ -1,5 +1,6 @@
 //! A rectangle (a parallelogram under shear) that emits from one side.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::plane::Plane;
@@ -8,7 +9,6 @@ use super::{Emitter, LightSample};
 use crate::kind::{KindSpec, POSITIVE, ParamSpec};
 use crate::texture::{Texture, Wrap};
 use glam::{Vec2, Vec3A};
-use std::f64::consts::PI;
 use std::path::Path;
 use tyndall_math::{Ray, Rgb};
 
@@ -20,7 +20,7 @@ pub(super) struct Rect {
     is_rectangle: bool,
     emission: Emission,
     texture: Option<Texture>,
-    /// Largest channel of the power divided by pi.
+    /// Largest channel of the mean intensity along the normal, inside the shaping's cone.
     intensity: f64,
 }
 
@@ -51,6 +51,10 @@ impl Rect {
             emission,
             texture,
         })
+    }
+
+    fn corners(&self) -> (Vec3A, Vec3A) {
+        self.plane.bounds(self.plane.axis_x.abs() + self.plane.axis_y.abs())
     }
 
     #[inline]
@@ -144,14 +148,11 @@ impl Emitter for Rect {
     }
 
     fn bounds(&self) -> Option<(Vec3A, Vec3A)> {
-        Some(self.plane.bounds(self.plane.axis_x.abs() + self.plane.axis_y.abs()))
+        Some(self.corners())
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        PI * self.intensity
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        self.plane.importance(from, self.intensity)
+    fn outreach(&self) -> Outreach {
+        let cone = self.emission.cone_of_card(self.plane.normal);
+        Outreach::Local(LightBounds::new(self.corners(), cone, self.intensity))
     }
 }

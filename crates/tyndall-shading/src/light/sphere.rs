@@ -4,6 +4,7 @@
 //! doi:10.1145/226150.226151), in the space in which the ellipsoid is a unit sphere; a linear map of determinant 1 that
 //! stretches a unit vector by k changes solid angles by k^-3.
 
+use super::bounds::{LightBounds, Outreach};
 use super::build::LightBuilder;
 use super::emission::Emission;
 use super::{Emitter, LightSample};
@@ -22,7 +23,7 @@ pub(super) struct Sphere {
     world_from_unit: Mat3A,
     unit_from_world: Mat3A,
     emission: Emission,
-    /// Largest channel of radiance times area / 4 times mean shaping: the mean intensity.
+    /// Largest channel of radiance times area / 4 times mean shaping: the mean intensity inside the shaping's cone.
     intensity: f64,
 }
 
@@ -49,6 +50,12 @@ impl Sphere {
             intensity: f64::from(emission.radiance.max_element()) * area * 0.25 * emission.mean_factor(),
             emission,
         })
+    }
+
+    fn corners(&self) -> (Vec3A, Vec3A) {
+        let rows = self.world_from_unit.transpose();
+        let half = Vec3A::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * self.scale;
+        (self.center - half, self.center + half)
     }
 
     /// `from` in the space in which the light is the unit sphere around the origin.
@@ -133,18 +140,11 @@ impl Emitter for Sphere {
     }
 
     fn bounds(&self) -> Option<(Vec3A, Vec3A)> {
-        let rows = self.world_from_unit.transpose();
-        let half = Vec3A::new(rows.x_axis.length(), rows.y_axis.length(), rows.z_axis.length()) * self.scale;
-        Some((self.center - half, self.center + half))
+        Some(self.corners())
     }
 
-    fn flux(&self, _: f64) -> f64 {
-        4.0 * PI * self.intensity
-    }
-
-    fn importance(&self, from: Vec3A) -> f64 {
-        let d2 = f64::from(self.unit_position(from).length_squared());
-        if d2 <= 1.0 { 0.0 } else { self.intensity / (d2 * f64::from(self.scale).powi(2)) }
+    fn outreach(&self) -> Outreach {
+        Outreach::Local(LightBounds::new(self.corners(), self.emission.cone(), self.intensity))
     }
 }
 

@@ -1,9 +1,11 @@
 //! Tests that every kind of light must pass, and irradiance on a white card against closed forms.
 
 mod irradiance;
+mod many;
 mod robustness;
 mod set;
 
+use super::bounds::Outreach;
 use super::{Light, LightSample};
 use crate::testing::{Cap, Images, messages};
 use glam::{DAffine3, DMat3, DVec3, Vec2, Vec3A};

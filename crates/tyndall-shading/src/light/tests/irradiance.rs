@@ -55,12 +55,16 @@ fn distant_lights_follow_the_schema() {
 
 #[test]
 fn normalized_area_lights_have_power_pi_times_intensity() {
+    // In W/sr: a card's power is pi times that along its normal, a round body's 4 pi times its mean.
     let scale = DAffine3::from_scale(DVec3::splat(0.5));
-    for kind in [sphere(0.02), rect(0.02, 0.03), LightKind::Disk { radius: 0.02 }, cylinder(0.02, 0.01)] {
+    let cards = [rect(0.02, 0.03), LightKind::Disk { radius: 0.02 }].map(|kind| (kind, PI));
+    let bodies = [sphere(0.02), cylinder(0.02, 0.01)].map(|kind| (kind, 4.0 * PI));
+    for (kind, solid_angle) in cards.into_iter().chain(bodies) {
         let light =
             prim::Light { normalize: true, world_from_light: scale, exposure: 1.0, ..prim(kind.clone()) };
         let light = build(&light);
-        check(light.kind(), light.flux_estimate(1.0), 2.0 * PI, 1e-3);
+        let Outreach::Local(bounds) = light.outreach() else { panic!("{} has a place", light.kind()) };
+        check(light.kind(), bounds.intensity as f32 * solid_angle, 2.0 * PI, 1e-3);
     }
 }
 

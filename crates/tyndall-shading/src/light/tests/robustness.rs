@@ -154,7 +154,6 @@ fn a_receiver_on_the_light_is_no_trouble() {
                         s.radiance.is_finite() && s.pdf.is_finite() && s.pdf > 0.0 && s.direction.is_finite()
                     );
                 }
-                assert!(light.importance(from).is_finite());
             }
         }
     }
