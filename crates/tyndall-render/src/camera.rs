@@ -84,6 +84,11 @@ impl CameraModel {
         self.window_min = center - self.window_size * 0.5;
     }
 
+    /// Whether rays start on a lens rather than at a point.
+    pub fn has_lens(&self) -> bool {
+        self.lens_radius > 0.0
+    }
+
     /// The ray through `image` in [0, 1]^2, (0, 0) the upper left corner; `lens` in [0, 1)^2.
     #[inline]
     pub fn ray(&self, image: Vec2, lens: Vec2) -> CameraRay {

@@ -31,6 +31,9 @@ impl Path<'_> {
             self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
             return Event::Pass;
         }
+        if let Some(u) = self.first_distance.take() {
+            self.rng.lead_with(u);
+        }
         let walk = tyndall_volume::sample_collision(
             self.world.media(),
             &scratch.spans,
