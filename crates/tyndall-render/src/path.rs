@@ -6,6 +6,7 @@
 //! what the media between do to a path is a factor of both techniques and never part of the weights.
 
 mod direct;
+mod equiangular;
 mod record;
 mod roulette;
 mod segment;
@@ -18,6 +19,7 @@ pub use statistics::PathStatistics;
 use crate::aov::SampleRecord;
 use crate::filter::sample_offset;
 use crate::world::{SegmentEnd, World, WorldScratch};
+use equiangular::Rival;
 use glam::{Vec2, Vec3A};
 use record::Recorder;
 use tyndall_math::Ray;
@@ -46,6 +48,8 @@ struct Origin {
     pdf: f32,
     /// Chosen by a delta distribution (or the camera): no light sampling competes.
     is_delta: bool,
+    /// If that vertex is a collision: the other technique that samples lights from its segment.
+    rival: Option<Rival>,
 }
 
 /// A path in the making.
@@ -61,6 +65,8 @@ struct Path<'a> {
     scatter_count: u32,
     max_scatter: u32,
     recorder: Recorder,
+    /// The same as in [`Origin`], of the collision at hand.
+    rival: Option<Rival>,
     /// A stratified number for the first free flight, which decides between volume and surface: that choice is
     /// most of the noise in thin media (a quarter less error in the jungle at 64 samples).
     first_distance: Option<f32>,
@@ -106,11 +112,12 @@ impl<'a> Integrator<'a> {
             rng: sampler.stream(0),
             sampler,
             ray: camera_ray.ray,
-            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true },
+            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true, rival: None },
             throughput: Rgb::ONE,
             scatter_count: 0,
             max_scatter: self.max_scatter,
             recorder: Recorder::new(&camera_ray),
+            rival: None,
             first_distance,
         };
         statistics.paths += 1;

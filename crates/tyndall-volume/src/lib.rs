@@ -19,6 +19,7 @@ pub mod majorant;
 mod medium;
 pub mod oracle;
 pub mod phase;
+mod point;
 #[cfg(test)]
 mod testing;
 mod transmittance;
@@ -27,5 +28,6 @@ mod walk;
 pub use grid::{BrickGrid, GridReport, SparseVoxels};
 pub use medium::{Coefficients, GridDensity, Medium, Span};
 pub use phase::{Phase, PhaseMix, PhaseSample};
+pub use point::{collision_density, scattering_at};
 pub use transmittance::transmittance;
 pub use walk::{Candidate, CandidateVisitor, Cell, Event, Segment, Walk, WalkStats, sample_collision};

@@ -5,11 +5,7 @@ use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
 use tyndall_math::{Ray, Rgb};
-use tyndall_shading::Receiver;
-
-/// Shadow rays stop this fraction short of the light, so that a mesh modelled exactly at the light's own surface (the
-/// lamp's panel) does not hide it. Relative: no absolute epsilon.
-const SHADOW_END: f32 = 1.0 - 1e-4;
+use tyndall_shading::{LightSample, Receiver};
 
 impl Path<'_> {
     /// Adds light from one sampled light.
@@ -33,18 +29,27 @@ impl Path<'_> {
         if value == Rgb::ZERO || light.radiance == Rgb::ZERO || pdf_light <= 0.0 {
             return;
         }
-        let weight = if light.is_delta { 1.0 } else { pdf_light / (pdf_light + pdf_vertex) };
+        // All densities relative to that of arriving at the vertex by a collision.
+        let rival = self.rival.map_or(0.0, |rival| rival.relative_density(lights, index)) * light.pdf;
+        let by_vertex = if light.is_delta { 0.0 } else { pdf_vertex };
+        let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
-        let shadow_ray = Ray {
-            origin: vertex.origin_towards(light.direction),
-            direction: light.direction,
-            t_max: light.distance * SHADOW_END,
-        };
+        let shadow_ray = self.shadow_ray(vertex, &light);
         statistics.shadow_rays += 1;
         let visibility =
             self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);
         if visibility != Rgb::ZERO {
             self.recorder.add(contribution * visibility);
+        }
+    }
+
+    /// From a vertex to a light.
+    #[inline]
+    pub(super) fn shadow_ray(&self, vertex: &Vertex, light: &LightSample) -> Ray {
+        Ray {
+            origin: vertex.origin_towards(light.direction),
+            direction: light.direction,
+            t_max: light.distance,
         }
     }
 
@@ -81,7 +86,8 @@ impl Path<'_> {
         let lights = self.world.lights();
         let from = self.origin.position;
         let p_light = lights.probability(&Receiver::Point { position: from }, index);
-        let pdf_light = p_light * lights.lights[index].pdf(from, self.ray.direction);
+        let rival = self.origin.rival.map_or(0.0, |rival| rival.relative_density(lights, index));
+        let pdf_light = (p_light + rival) * lights.lights[index].pdf(from, self.ray.direction);
         self.origin.pdf / (self.origin.pdf + pdf_light)
     }
 }

@@ -46,9 +46,9 @@ impl Recorder {
         }
     }
 
-    /// Adds emission of a medium; before the first event it belongs to the volume.
+    /// Adds light from a medium along a segment, emitted or scattered; before the first event it belongs to the volume.
     #[inline]
-    pub(super) fn add_medium_emission(&mut self, radiance: Rgb) {
+    pub(super) fn add_medium_light(&mut self, radiance: Rgb) {
         self.record.radiance += radiance;
         if self.first != First::Surface {
             self.record.volume_radiance += radiance;

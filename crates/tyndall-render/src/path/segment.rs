@@ -1,5 +1,6 @@
 //! What happens along a segment, up to its end.
 
+use super::equiangular::Rival;
 use super::{Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
 use tyndall_volume::PhaseMix;
@@ -31,6 +32,10 @@ impl Path<'_> {
             self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
             return Event::Pass;
         }
+        let lit = self.lit_segment(&ray, scratch);
+        if let Some(lit) = &lit {
+            self.add_segment_light::<MEDIA>(lit, &ray, scratch, statistics);
+        }
         if let Some(u) = self.first_distance.take() {
             self.rng.lead_with(u);
         }
@@ -42,10 +47,13 @@ impl Path<'_> {
             &mut self.rng,
             &mut statistics.walks,
         );
-        self.recorder.add_medium_emission(self.throughput * walk.emission);
+        self.recorder.add_medium_light(self.throughput * walk.emission);
         self.throughput *= walk.weight;
         match walk.event {
-            tyndall_volume::Event::Scatter { t, phase } => Event::Scatter { t, phase },
+            tyndall_volume::Event::Scatter { t, phase } => {
+                self.rival = lit.map(|lit| Rival::new(self, lit, &scratch.spans, &ray, t));
+                Event::Scatter { t, phase }
+            }
             tyndall_volume::Event::Pass => {
                 self.recorder.pass_first_segment(walk.weight);
                 Event::Pass

@@ -100,7 +100,7 @@ impl Path<'_> {
 
     #[inline]
     fn leave(&mut self, position: Vec3A, origin: Vec3A, direction: Vec3A, pdf: f32, is_delta: bool) {
-        self.origin = Origin { position, pdf, is_delta };
+        self.origin = Origin { position, pdf, is_delta, rival: self.rival.take() };
         self.ray = Ray::new(origin, direction);
     }
 }

@@ -7,6 +7,10 @@ use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
 use tyndall_volume::{Span, WalkStats};
 
+/// Surfaces block light only up to this fraction of the way, so that a mesh modelled exactly at the light's own surface
+/// (the lamp's panel) does not hide it. Relative: no absolute epsilon.
+const SHADOW_END: f32 = 1.0 - 1e-4;
+
 /// Working memory of one worker.
 #[derive(Default)]
 pub(crate) struct WorldScratch {
@@ -75,7 +79,7 @@ impl World {
             .spans(ray, crossings, &mut |medium, t0, t1, share| spans.push(Span { t0, t1, medium, share }));
     }
 
-    /// What of the light of light `index` reaches the ray's origin: surfaces and other lights' bodies block, media
+    /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights' bodies block, media
     /// and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
     pub(crate) fn visibility<const MEDIA: bool>(
         &self,
@@ -85,10 +89,11 @@ impl World {
         scratch: &mut WorldScratch,
         walks: &mut WalkStats,
     ) -> Rgb {
-        if self.bodies.blocks(&self.lights, ray, index) {
+        let short = ray.up_to(ray.t_max * SHADOW_END);
+        if self.bodies.blocks(&self.lights, &short, index) {
             return Rgb::ZERO;
         }
-        let past_surfaces = self.past_surfaces(ray);
+        let past_surfaces = self.past_surfaces(&short);
         if !MEDIA || past_surfaces == Rgb::ZERO {
             return past_surfaces;
         }

@@ -80,6 +80,12 @@ impl LightSet {
         Self { lights, places, tree, infinite, infinite_alone, tree_count, scene_diameter }
     }
 
+    /// Whether some light comes from a place, not from infinity.
+    #[inline]
+    pub fn has_local(&self) -> bool {
+        self.tree.is_some()
+    }
+
     /// Chooses a light for the receiver by `u` in [0, 1): its index and the probability of that choice. `None` if
     /// nothing arrives from any light, or from the part of the lights that the choice led to.
     #[inline]

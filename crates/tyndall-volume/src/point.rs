@@ -1,0 +1,137 @@
+//! Media at one point of a ray, for techniques that choose the distance themselves.
+
+use crate::medium::{Medium, Span};
+use crate::phase::PhaseMix;
+use crate::walk::Segment;
+use arrayvec::ArrayVec;
+use glam::Vec3A;
+use tyndall_math::random::Pcg;
+use tyndall_math::{Ray, Rgb};
+
+/// Media that overlap at one point; more than these are left to a heap allocation.
+const INLINE: usize = 16;
+
+/// The phase function and the scattering coefficient at `t` on the ray; `None` where nothing scatters.
+///
+/// `channels` are weights that guide a choice between media whose phase functions don't mix, see [`Segment::scatter`].
+pub fn scattering_at(
+    media: &[Medium],
+    spans: &[Span],
+    ray: &Ray,
+    t: f32,
+    channels: Vec3A,
+    rng: &mut Pcg,
+) -> Option<(PhaseMix, Rgb)> {
+    let mut from_here =
+        spans.iter().filter(|span| span.t0 <= t && t < span.t1).map(|span| Span { t0: t, ..*span });
+    let mut inline: ArrayVec<Span, INLINE> = from_here.by_ref().take(INLINE).collect();
+    match from_here.next() {
+        None => scattering_of(media, &inline, ray, t, channels, rng),
+        Some(next) => {
+            let all: Vec<Span> = inline.drain(..).chain([next]).chain(from_here).collect();
+            scattering_of(media, &all, ray, t, channels, rng)
+        }
+    }
+}
+
+/// The same for spans that begin at `t`.
+fn scattering_of(
+    media: &[Medium],
+    spans: &[Span],
+    ray: &Ray,
+    t: f32,
+    channels: Vec3A,
+    rng: &mut Pcg,
+) -> Option<(PhaseMix, Rgb)> {
+    let mut segment = Segment::new(media, spans, ray);
+    // A first cell further on means that grids are empty here.
+    let cell = segment.next_cell().filter(|cell| cell.t0 <= t && cell.scatters)?;
+    if !segment.coefficients_at(&cell, t).scatters() {
+        return None;
+    }
+    Some(segment.scatter(channels, rng))
+}
+
+/// A stand-in for the density, per unit of `t`, with which [`crate::sample_collision`] finds a collision at `t`.
+///
+/// It is that density (for grey light) where all media are homogeneous, and uniform between `t0` and `t1` where grids
+/// are: a pure function of its arguments, as the weights of multiple importance sampling must be.
+pub fn collision_density(media: &[Medium], spans: &[Span], ray: &Ray, t: f32, [t0, t1]: [f32; 2]) -> f32 {
+    let (mut sigma_t, mut tau) = (Rgb::ZERO, Rgb::ZERO);
+    for span in spans {
+        let (Some([from, to]), Some(medium)) = (span.clipped(ray), media.get(span.medium as usize)) else {
+            continue;
+        };
+        if medium.density.is_some() {
+            return (t1 - t0).recip();
+        }
+        let c = medium.coefficients().scaled(span.share);
+        if from <= t && t < to {
+            sigma_t += c.sigma_t;
+        }
+        if t > from {
+            tau += c.sigma_t * (t.min(to) - from);
+        }
+    }
+    (sigma_t * (-tau).exp()).element_sum() / 3.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Phase;
+
+    fn medium(sigma_s: f32) -> Medium {
+        Medium {
+            sigma_a: Rgb::ZERO,
+            sigma_s: Rgb::splat(sigma_s),
+            emission: Rgb::ZERO,
+            phase: Phase::Isotropic,
+            density: None,
+        }
+    }
+
+    fn span(t0: f32, t1: f32, medium: u32) -> Span {
+        Span { t0, t1, medium, share: 1.0 }
+    }
+
+    #[test]
+    fn media_add_where_they_overlap_and_end_where_they_end() {
+        let media = [medium(1.0), medium(2.0)];
+        let spans = [span(0.0, 2.0, 0), span(1.0, 3.0, 1)];
+        let ray = Ray::new(Vec3A::ZERO, Vec3A::X);
+        let mut rng = Pcg::new(&[1]);
+        let mut sigma_s = |t| scattering_at(&media, &spans, &ray, t, Vec3A::ONE, &mut rng).map(|(_, s)| s.x);
+        assert_eq!([0.5, 1.5, 2.5, 3.5].map(&mut sigma_s), [Some(1.0), Some(3.0), Some(2.0), None]);
+    }
+
+    #[test]
+    fn many_media_are_not_forgotten() {
+        let media: Vec<_> = (0..40).map(|_| medium(0.25)).collect();
+        let spans: Vec<_> = (0..40).map(|i| span(0.0, 1.0, i)).collect();
+        let ray = Ray::new(Vec3A::ZERO, Vec3A::X);
+        let found = scattering_at(&media, &spans, &ray, 0.5, Vec3A::ONE, &mut Pcg::new(&[2]));
+        assert!((found.unwrap().1.x - 10.0).abs() < 1e-4);
+    }
+
+    #[test]
+    fn the_density_integrates_to_the_chance_of_a_collision() {
+        let media = [medium(0.7), medium(1.5)];
+        let spans = [span(0.0, 2.0, 0), span(1.0, 3.0, 1)];
+        let ray = Ray::new(Vec3A::ZERO, Vec3A::X);
+        let n = 30_000;
+        let sum: f64 = (0..n)
+            .map(|i| {
+                f64::from(collision_density(
+                    &media,
+                    &spans,
+                    &ray,
+                    (i as f32 + 0.5) * 3.0 / n as f32,
+                    [0.0, 3.0],
+                ))
+            })
+            .sum();
+        let expected = -(-(2.0 * 0.7 + 2.0 * 1.5f64)).exp_m1();
+        assert!((sum * 3.0 / f64::from(n) - expected).abs() < 1e-4);
+    }
+}
