@@ -30,7 +30,7 @@ def require(condition: bool, what: str) -> None:
 
 
 def check_dense(path: Path) -> int:
-    """Compare every voxel of the three dense grids; return the number compared."""
+    """Compare every voxel of the dense grids; return the number compared."""
     expected = {}
     for x in range(ORIGIN[0], ORIGIN[0] + DIMS[0]):
         for y in range(ORIGIN[1], ORIGIN[1] + DIMS[1]):
@@ -46,7 +46,14 @@ def check_dense(path: Path) -> int:
         stated = [tuple(map(int, grid.metadata[f"file_bbox_{end}"])) for end in ("min", "max")]
         require(stated == list(grid.evalActiveVoxelBoundingBox()), f"{label}: bounds")
         check_transform(grid, turned=name == "density[1]", label=label)
-    return 3 * len(expected)
+    vectors = {box: ((v, -2 * v, 0.0), active) for box, (v, active) in expected.items()}
+    grid = vdb.read(str(path), "v")
+    require(
+        grid.valueTypeName == "vec3s" and grid.gridClass == "fog volume", f"{path.name} v: type and class"
+    )
+    require(stored_values(grid) == vectors, f"{path.name} v: values")
+    check_transform(grid, turned=False, label=f"{path.name} v")
+    return 4 * len(expected)
 
 
 def check_transform(grid: Any, *, turned: bool, label: str) -> None:

@@ -1,16 +1,15 @@
 """Makes the VDB corpus of ``crates/tyndall-vdb/tests/corpus`` and its truth.
 
 Usage: ``make_corpus.py FOLDER`` with ``pip install bpy==5.0.1 blosc numpy`` (Python 3.11; the wheel of
-Blender's ``bpy`` contains OpenVDB 12 as a Python module). All truth comes from OpenVDB reading the finished
+Blender's ``bpy`` contains OpenVDB 12 as a Python module). Truth comes from OpenVDB reading the finished
 files. Files made by `plain_writer` are accepted only if OpenVDB gets the same values from them as from the
-grid they were made of.
+grid they were made of. Two types are unknown to the module, ``half`` (new in OpenVDB 13) and ``mask``: of
+those the tree that was written is the truth.
 The corpus is the project's own data: nothing in it comes from third parties.
 """
 
 from __future__ import annotations
 
-import json
-import math
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,18 +19,31 @@ import numpy as np
 from plain_writer import (
     ACTIVE_MASK,
     BLOSC,
+    KINDS,
     ZIP,
     Form,
     Origin,
     PlainGrid,
     Tile,
     Tree,
+    Value,
     scale_numbers,
     write_file,
 )
+from truth import CORNERS, describe_tree, numbers, sample_points, sums, write_truth
 
-SAMPLES = 45
 IDENTITY = ("UniformScaleMap", scale_numbers([1, 1, 1]))
+# A box, then world from local, its inverse, local from index, its inverse: a shift, then twice the size.
+OLD_TRANSFORM = (
+    "LinearTransform",
+    [
+        *[0.0] * 3,
+        *[2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1],
+        *[0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 0.5, 0, 0, 0, 0, 1],
+        *[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 3, 4, 5, 1],
+        *[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -3, -4, -5, 1],
+    ],
+)
 
 
 def import_openvdb() -> Any:
@@ -97,47 +109,41 @@ class Corpus:
             facts = describe(grid, self.rng)
             self.truth.append({"file": file, "name": ref.name, "index": ref.index, **facts})
 
+    def made(self, file: str, grid: PlainGrid) -> None:
+        """Write a grid that OpenVDB's module cannot read; what was written is the truth."""
+        (self.folder / file).write_bytes(write_file([grid]))
+        entry = {"file": file, "name": grid.unique_name, "index": 0, "class": "unknown", "corners": CORNERS}
+        self.truth.append(entry | describe_tree(grid.tree, self.rng))
+
     def finish(self) -> None:
-        """Write ``truth.json``, one grid per line."""
-        lines = ",\n".join(json.dumps(entry, separators=(",", ":")) for entry in self.truth)
-        (self.folder / "truth.json").write_text(f"[\n{lines}\n]\n")
+        """Write ``truth.json.gz``."""
+        write_truth(self.folder / "truth.json.gz", self.truth)
 
 
 def describe(grid: Any, rng: np.random.Generator) -> dict[str, Any]:
-    """Return the facts a reader must reproduce; scalar grids get values, others only their type."""
+    """Return the facts a reader must reproduce."""
     entry: dict[str, Any] = {"type": grid.valueTypeName, "class": grid.gridClass}
-    if grid.valueTypeName not in {"float", "double", "int32", "int64"}:
+    if grid.valueTypeName not in KINDS:
         return entry
-    active = [(item.value, item.count) for item in grid.citerOnValues()]
-    corners = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+    active = [(numbers(item.value), item.count) for item in grid.citerOnValues()]
+    interesting = [
+        (item.min, item.max) for item in grid.citerAllValues() if item.active or item.value != grid.background
+    ]
+    accessor = grid.getConstAccessor()
     entry |= {
-        "background": grid.background,
+        "background": numbers(grid.background),
         "active": grid.activeVoxelCount(),
-        "sum": math.fsum(value * count for value, count in active),
-        "absolute_sum": math.fsum(abs(value) * count for value, count in active),
+        **sums(active, len(numbers(grid.background))),
         "bounds": grid.evalActiveVoxelBoundingBox() if active else None,
         "leaves": grid.leafCount(),
-        "samples": samples(grid, rng),
+        "samples": [
+            [*point, accessor.isValueOn(point), *numbers(accessor.getValue(point))]
+            for point in sample_points(interesting, rng)
+        ],
     }
     if "frustum" not in grid.transform.info().lower():
-        entry["corners"] = [grid.transform.indexToWorld(corner) for corner in corners]
+        entry["corners"] = [grid.transform.indexToWorld(corner) for corner in CORNERS]
     return entry
-
-
-def samples(grid: Any, rng: np.random.Generator) -> list[list[Any]]:
-    """Return ``[i, j, k, value, active]`` for voxels in and around all stored values."""
-    interesting = [item for item in grid.citerAllValues() if item.active or item.value != grid.background]
-    low, high = -(2**31), 2**31 - 1
-    points = [(0, 0, 0), (low, low, low), (high, high, high)]
-    picks = rng.integers(len(interesting), size=SAMPLES).tolist() if interesting else []
-    for pick in picks:
-        item = interesting[pick]
-        inside = [int(rng.integers(a, b, endpoint=True)) for a, b in zip(item.min, item.max, strict=True)]
-        jump = rng.integers(-9, 10, size=3) if rng.random() < 0.3 else np.zeros(3, dtype=int)
-        point = [min(max(c + int(d), low), high) for c, d in zip(inside, jump, strict=True)]
-        points.append((point[0], point[1], point[2]))
-    accessor = grid.getConstAccessor()
-    return [[*point, accessor.getValue(point), accessor.isValueOn(point)] for point in dict.fromkeys(points)]
 
 
 def check_equal(path: Path, ref: Ref, like: Any, *, half: bool) -> None:
@@ -145,7 +151,7 @@ def check_equal(path: Path, ref: Ref, like: Any, *, half: bool) -> None:
     found = stored_values(vdb.read(str(path), ref.for_openvdb()))
     expected = stored_values(like)
     if half:
-        rounded = {key: (float(np.float16(value)), active) for key, (value, active) in expected.items()}
+        rounded = {key: (as_half(value), active) for key, (value, active) in expected.items()}
         # Root tiles and the background keep full floats.
         expected = {key: found[key] if key[1][0] - key[0][0] == 4095 else rounded[key] for key in found}
     if found != expected:
@@ -153,7 +159,13 @@ def check_equal(path: Path, ref: Ref, like: Any, *, half: bool) -> None:
         raise ValueError(message)
 
 
-def stored_values(grid: Any) -> dict[tuple[Any, Any], tuple[float, bool]]:
+def as_half(value: Value) -> Value:
+    """Return a number or vector rounded to half floats."""
+    rounded = np.float16(value).astype(np.float64).tolist()
+    return tuple(rounded) if isinstance(rounded, list) else rounded
+
+
+def stored_values(grid: Any) -> dict[tuple[Any, Any], tuple[Value, bool]]:
     """Return all values that are not inactive background, by their boxes."""
     return {
         (item.min, item.max): (item.value, item.active)
@@ -164,7 +176,7 @@ def stored_values(grid: Any) -> dict[tuple[Any, Any], tuple[float, bool]]:
 
 def tree_of(grid: Any) -> Tree:
     """Copy an OpenVDB grid into the plain writer's tree."""
-    tree = Tree(grid.background)
+    tree = Tree(grid.background, kind=KINDS[grid.valueTypeName])
     for item in grid.citerAllValues():
         size = item.max[0] - item.min[0] + 1
         if size > 1:
@@ -172,7 +184,7 @@ def tree_of(grid: Any) -> Tree:
                 tree.tiles.append(Tile(item.min, size.bit_length() - 1, item.value, item.active))
             continue
         x, y, z = item.min
-        empty = (np.full(512, grid.background, dtype=np.float32), np.zeros(512, dtype=np.bool_))
+        empty = (tree.kind.full(512, grid.background), np.zeros(512, dtype=np.bool_))
         values, active = tree.leaves.setdefault((x & ~7, y & ~7, z & ~7), empty)
         offset = (x & 7) << 6 | (y & 7) << 3 | z & 7
         values[offset] = item.value
@@ -186,11 +198,12 @@ def cloud(name: str = "density", size: int = 20, *, kind: Any = None, low: Origi
     x, y, z = np.meshgrid(axis, axis * 1.2, axis, indexing="ij")
     wobble = 1 + 0.2 * np.sin(x) * np.cos(1.3 * y) * np.sin(0.7 * z + 1)
     values = np.maximum(0, 1 - np.sqrt(x**2 + y**2 + z**2) / (0.45 * size) * wobble)
-    grid = (kind or vdb.FloatGrid)(0)
-    dtypes = {"double": np.float64, "int32": np.int32, "int64": np.int64}
-    dtype = dtypes.get(grid.valueTypeName, np.float32)
-    scale = 100 if np.issubdtype(dtype, np.integer) else 1
-    grid.copyFromArray((values * scale).astype(dtype), ijk=low)
+    grid = (kind or vdb.FloatGrid)()
+    value_kind = KINDS[grid.valueTypeName]
+    scale = 100 if np.issubdtype(value_kind.dtype, np.integer) else 1
+    if value_kind.width == 3:
+        values = np.stack([values, -values, values * values], axis=-1)
+    grid.copyFromArray((values * scale).astype(value_kind.dtype), ijk=low)
     grid.name = name
     return grid
 
@@ -291,6 +304,67 @@ def add_native_files(corpus: Corpus) -> None:
     corpus.native("native_other_types.vdb", [*others, fog(size=8)])
 
 
+def tiles_of(kind: Any, values: list[Value], *, background: Value) -> Any:
+    """Return a grid of any type with tiles of all sizes, active and inactive, and a leaf of mixed values."""
+    grid = kind(background)
+    a, b, c = values
+    grid.fill((8, 8, 8), (23, 15, 15), a)
+    grid.fill((64, 0, 0), (71, 7, 7), b, active=False)
+    grid.fill((128, 0, 0), (255, 127, 127), c)
+    grid.fill((-4096, 0, 0), (-1, 4095, 4095), b)
+    grid.fill((-8192, 0, 0), (-4097, 4095, 4095), c, active=False)
+    accessor = grid.getAccessor()
+    for offset in range(400):
+        voxel = (40 + (offset >> 6), 40 + (offset >> 3 & 7), 40 + (offset & 7))
+        (accessor.setValueOn if offset % 3 else accessor.setValueOff)(voxel, values[offset % 7 % 3])
+    return grid
+
+
+def add_value_types(corpus: Corpus) -> None:
+    """Write every type with OpenVDB, and packed in the ways that it does not offer."""
+    vectors = [(1, 2, 3), (-4, 5, -6), (7, 8, 9)]
+    cases = {
+        "bool": (vdb.BoolGrid, [True, False, True], False),
+        "bool_true": (vdb.BoolGrid, [False, True, False], True),
+        "double": (vdb.DoubleGrid, [1e-300, 0.1, -2e200], 0.25),
+        "int32": (vdb.Int32Grid, [-(2**31), 2**31 - 1, 7], -3),
+        "int64": (vdb.Int64Grid, [2**40, -(2**50), 7], 5),
+        "vec3s": (vdb.Vec3SGrid, vectors, (0.5, 0.0, -0.5)),
+        "vec3d": (vdb.Vec3DGrid, [(0.1, 0.2, 0.3), *vectors[1:]], (0.5, 0.25, -0.125)),
+        "vec3i": (vdb.Vec3IGrid, vectors, (0, 1, -1)),
+    }
+    for name, (kind, values, background) in cases.items():
+        grid = tiles_of(kind, values, background=background)
+        grid.name = name
+        corpus.native(f"type_{name}.vdb", [grid])
+        tree = tree_of(grid)
+        for packing, flags in {"zip": ZIP, "zip_masks": ZIP | ACTIVE_MASK, "blosc": BLOSC}.items():
+            plain = PlainGrid(name, tree, *IDENTITY, Form(flags))
+            corpus.plain(f"type_{name}_{packing}.vdb", [plain], like=grid)
+        if tree.kind.has_half and name != "double":  # 2e200 is no half float.
+            plain = PlainGrid(name, tree, *IDENTITY, Form(ZIP | ACTIVE_MASK, half=True))
+            corpus.plain(f"type_{name}_zip_masks_half.vdb", [plain], like=grid)
+    clouds = [cloud("d", size=6, kind=vdb.Vec3DGrid), half(cloud("dh", size=6, kind=vdb.Vec3DGrid))]
+    clouds += [cloud("s", size=6, kind=vdb.Vec3SGrid), half(cloud("sh", size=6, kind=vdb.Vec3SGrid))]
+    velocity = cloud("v", size=6, kind=vdb.Vec3SGrid)
+    velocity.gridClass = "staggered"
+    corpus.native("native_vectors.vdb", [*clouds, velocity, cloud("i", size=6, kind=vdb.Vec3IGrid)])
+
+
+def add_types_unknown_to_openvdb_12(corpus: Corpus) -> None:
+    """Write half and mask grids, of which only leaves are used."""
+    source = tree_of(cloud(size=9))
+    halves = Tree(0.0, kind=KINDS["half"])
+    masks = Tree(False, kind=KINDS["mask"])
+    for origin, (values, active) in source.leaves.items():
+        halves.leaves[origin] = (values.astype(np.float16), active)
+        masks.leaves[origin] = (active, active)
+    for packing, flags in {"none": ACTIVE_MASK, "zip": ZIP, "blosc": BLOSC | ACTIVE_MASK}.items():
+        form = Form(flags, version=225)
+        corpus.made(f"made_half_{packing}.vdb", PlainGrid("density", halves, *IDENTITY, form))
+        corpus.made(f"made_mask_{packing}.vdb", PlainGrid("region", masks, *IDENTITY, Form(flags)))
+
+
 def half(grid: Any) -> Any:
     """Return the grid, to be saved as half floats."""
     grid.saveFloatAsHalf = True
@@ -373,18 +447,26 @@ def add_map_types(corpus: Corpus) -> None:
 
 
 def add_old_versions_and_streams(corpus: Corpus) -> None:
-    """Write file versions 221 to 223 and stream files (without grid offsets)."""
+    """Write file versions 218 to 225 and stream files (without grid offsets)."""
     grid = cloud(size=9)
     tree = tree_of(grid)
     for version, flags, as_half in [
+        (218, ZIP, False),
+        (218, ZIP, True),
+        (219, ZIP, False),
+        (220, ZIP, True),
         (221, ZIP, False),
         (221, ZIP, True),
         (222, ZIP | ACTIVE_MASK, True),
         (223, BLOSC | ACTIVE_MASK, False),
+        (225, BLOSC | ACTIVE_MASK, False),
     ]:
         file = f"version_{version}{'_half' if as_half else ''}.vdb"
         form = Form(flags, half=as_half, version=version)
-        corpus.plain(file, [PlainGrid("density", tree, *IDENTITY, form)], like=grid)
+        transform = OLD_TRANSFORM if version == 218 else IDENTITY
+        corpus.plain(file, [PlainGrid("density", tree, *transform, form)], like=grid)
+    form = Form(ZIP | ACTIVE_MASK, wrong_hint=True)
+    corpus.plain("wrong_buffer_offset.vdb", [PlainGrid("density", tree, *IDENTITY, form)], like=grid)
     tree_221 = tree_of(tiles())
     plain = PlainGrid("tiles", tree_221, *IDENTITY, Form(ZIP, version=221))
     corpus.plain("version_221_tiles.vdb", [plain], like=tiles())
@@ -397,6 +479,13 @@ def add_old_versions_and_streams(corpus: Corpus) -> None:
     ]
     corpus.plain("stream.vdb", grids, stream=True, like=grid)
     corpus.plain("same_names_and_instance.vdb", grids, like=grid)
+    mixed = [tiles_of(vdb.BoolGrid, [True, False, True], background=False), cloud(size=5, kind=vdb.Vec3DGrid)]
+    for name, flags, as_half in [("blosc_half", BLOSC | ACTIVE_MASK, True), ("none", ACTIVE_MASK, False)]:
+        form = Form(flags, half=as_half)
+        grids = [
+            PlainGrid(str(i), tree_of(other), *IDENTITY, form) for i, other in enumerate([*mixed, tiles()])
+        ]
+        corpus.plain(f"stream_{name}.vdb", grids, stream=True)
 
 
 def main() -> None:
@@ -407,6 +496,8 @@ def main() -> None:
     add_native_files(corpus)
     add_native_transforms(corpus)
     add_storage_forms(corpus)
+    add_value_types(corpus)
+    add_types_unknown_to_openvdb_12(corpus)
     add_contents(corpus)
     add_map_types(corpus)
     add_old_versions_and_streams(corpus)

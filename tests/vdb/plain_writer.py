@@ -1,9 +1,9 @@
 """Writes VDB files in storage forms that OpenVDB's Python module cannot be asked for.
 
 The module always writes Blosc with active masks in the current file version. This writer makes the other
-combinations (no packing, zip, Blosc, each with and without active masks, full or half floats, file versions
-221 to 224, stream files, every linear map type). It is written from the format alone and judged by OpenVDB,
-which has to read its files back with equal values.
+combinations (no packing, zip, Blosc, each with and without active masks, full or half floats, every value
+type, file versions 218 to 225, stream files, every linear map type). It is written from the format alone and
+judged by OpenVDB, which has to read its files back with equal values.
 """
 
 from __future__ import annotations
@@ -11,15 +11,14 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import blosc
 import numpy as np
+import numpy.typing as npt
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    import numpy.typing as npt
 
 ZIP = 1
 ACTIVE_MASK = 2
@@ -29,7 +28,64 @@ SELECTIVE_COMPRESSION = 220
 SLOTS_LOG2 = {7: 5, 3: 4}
 
 Origin = tuple[int, int, int]
-Leaf = tuple["npt.NDArray[np.float32]", "npt.NDArray[np.bool_]"]
+Values = npt.NDArray[Any]
+Bits = npt.NDArray[np.bool_]
+Leaf = tuple[Values, Bits]
+Value = Any
+"""A number, or three of them in a tuple."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """A type of values."""
+
+    name: str
+    dtype: type
+    width: int = 1
+    """Numbers in a value."""
+    has_half: bool = False
+    """Whether grids of it can be saved as half floats."""
+
+    def full(self, count: int, value: Value) -> Values:
+        """Return an array of equal values."""
+        shape = (count,) if self.width == 1 else (count, self.width)
+        return np.full(shape, value, dtype=self.dtype)
+
+    def bytes(self, *values: Value) -> bytes:
+        """Return values as nodes and backgrounds store them."""
+        return np.asarray(values, dtype=self.dtype).tobytes()
+
+    def where_equal(self, values: Values, value: Value) -> Bits:
+        """Return which of the values equal one."""
+        equal = values == np.asarray(value, dtype=self.dtype)
+        return equal if self.width == 1 else equal.all(axis=-1)
+
+    def distinct(self, values: Values) -> list[Value]:
+        """Return the different values in order of appearance, vectors as tuples."""
+        return list(dict.fromkeys(values.tolist() if self.width == 1 else map(tuple, values.tolist())))
+
+    def negated(self, value: Value) -> Value:
+        """Return what OpenVDB calls the negative of a value."""
+        if self.dtype is np.bool_:
+            return not value
+        return -value if self.width == 1 else tuple(-v for v in value)
+
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind("float", np.float32, has_half=True),
+        Kind("double", np.float64, has_half=True),
+        Kind("half", np.float16),
+        Kind("int32", np.int32),
+        Kind("int64", np.int64),
+        Kind("bool", np.bool_),
+        Kind("mask", np.bool_),
+        Kind("vec3s", np.float32, width=3, has_half=True),
+        Kind("vec3d", np.float64, width=3, has_half=True),
+        Kind("vec3i", np.int32, width=3),
+    )
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,17 +94,18 @@ class Tile:
 
     origin: Origin
     size_log2: int
-    value: float
+    value: Value
     active: bool
 
 
 @dataclass(slots=True)
 class Tree:
-    """A float tree: leaves of 512 values (z fastest) with their active masks, and tiles."""
+    """Leaves of 512 values (z fastest) with their active masks, and tiles."""
 
-    background: float
+    background: Value
     leaves: dict[Origin, Leaf] = field(default_factory=dict)
     tiles: list[Tile] = field(default_factory=list)
+    kind: Kind = KINDS["float"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +117,8 @@ class Form:
     version: int = 224
     block_bytes: int = 0
     """Forced Blosc block size; 0 is one block, as OpenVDB writes since version 4."""
+    wrong_hint: bool = False
+    """State that the leaf buffers begin at the grid's start; OpenVDB does not go by that offset."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,11 +144,13 @@ def write_file(grids: Sequence[PlainGrid], *, stream: bool = False) -> bytes:
     out += struct.pack("<Ii", 0, len(grids))
     for grid in grids:
         half_suffix = "_HalfFloat" if grid.form.half else ""
-        out += _text(grid.unique_name) + _text("Tree_float_5_4_3" + half_suffix) + _text(grid.parent)
+        tree_type = f"Tree_{grid.tree.kind.name}_5_4_3{half_suffix}"
+        out += _text(grid.unique_name) + _text(tree_type) + _text(grid.parent)
         head, topology, buffers = _grid_parts(grid)
         start = len(out) + 24
         block = start + len(head) + len(topology)
-        offsets = (0, 0, 0) if stream else (start, block, block + len(buffers))
+        hint = start if grid.form.wrong_hint else block
+        offsets = (0, 0, 0) if stream else (start, hint, block + len(buffers))
         out += struct.pack("<qqq", *offsets) + head + topology + buffers
     return bytes(out)
 
@@ -123,6 +184,7 @@ class _TreeWriter:
 
     def __init__(self, tree: Tree, form: Form) -> None:
         self.tree = tree
+        self.kind = tree.kind
         self.form = form
         self.leaf_order: list[Origin] = []
         self.lower: dict[Origin, list[Origin]] = {}
@@ -147,9 +209,10 @@ class _TreeWriter:
 
     def topology(self) -> bytes:
         root_tiles = [tile for tile in self.tree.tiles if tile.size_log2 == 12]
-        out = struct.pack("<ifII", 1, self.tree.background, len(root_tiles), len(self.upper))
+        out = struct.pack("<i", 1) + self.kind.bytes(self.tree.background)
+        out += struct.pack("<II", len(root_tiles), len(self.upper))
         for tile in sorted(root_tiles, key=lambda tile: tile.origin):
-            out += struct.pack("<iiif?", *tile.origin, tile.value, tile.active)
+            out += struct.pack("<iii", *tile.origin) + self.kind.bytes(tile.value) + bytes([tile.active])
         for origin in sorted(self.upper):
             out += struct.pack("<iii", *origin) + self._node(origin, 7, sorted(self.upper[origin]))
             for lower in sorted(self.upper[origin]):
@@ -165,7 +228,7 @@ class _TreeWriter:
         count = 1 << (3 * log2)
         child_mask = np.zeros(count, dtype=np.bool_)
         active = np.zeros(count, dtype=np.bool_)
-        values = np.full(count, self.tree.background, dtype=np.float32)
+        values = self.kind.full(count, self.tree.background)
         for child in children:
             child_mask[_slot(origin, child, child_log2)] = True
             values[_slot(origin, child, child_log2)] = 0
@@ -183,30 +246,31 @@ class _TreeWriter:
         for origin in self.leaf_order:
             values, active = self.tree.leaves[origin]
             out += _mask(active)
-            if self.form.version < NODE_MASKS:
+            if self.kind.dtype is np.bool_:
+                # Never packed; in mask grids the active voxels are the true ones.
+                out += struct.pack("<iii", *origin) + (_mask(values) if self.kind.name == "bool" else b"")
+            elif self.form.version < NODE_MASKS:
                 out += struct.pack("<iiib", *origin, 1) + self._pack(values)
             else:
                 out += self._block(values, active, np.zeros(512, dtype=np.bool_))
         return bytes(out)
 
-    def _block(
-        self, values: npt.NDArray[np.float32], active: npt.NDArray[np.bool_], children: npt.NDArray[np.bool_]
-    ) -> bytes:
+    def _block(self, values: Values, active: Bits, children: Bits) -> bytes:
         if not self.form.flags & ACTIVE_MASK:
             return b"\x06" + self._pack(values)
-        background = np.float32(self.tree.background)
-        inactive = list(dict.fromkeys(values[~active & ~children].tolist()))
-        code, stored, selected = _mask_code(inactive, float(background))
+        inactive = self.kind.distinct(values[~active & ~children])
+        code, stored, selected = _mask_code(inactive, self.tree.background, self.kind)
         if code == 6:
             return b"\x06" + self._pack(values)
-        out = bytes([code]) + struct.pack(f"<{len(stored)}f", *stored)
-        if selected is not None:
-            out += _mask(~active & (values == np.float32(selected)))
+        out = bytes([code]) + self.kind.bytes(*stored)
+        if 3 <= code <= 5:
+            out += _mask(~active & self.kind.where_equal(values, selected))
         return out + self._pack(values[active])
 
-    def _pack(self, values: npt.NDArray[np.float32]) -> bytes:
-        data = (values.astype(np.float16) if self.form.half else values).tobytes()
-        if self.form.half and not data:
+    def _pack(self, values: Values) -> bytes:
+        is_half = self.form.half and self.kind.has_half
+        data = (values.astype(np.float16) if is_half else values).tobytes()
+        if is_half and not data:
             return b""
         packed = b""
         if self.form.flags & BLOSC and data:
@@ -221,17 +285,19 @@ class _TreeWriter:
         return struct.pack("<q", -len(data)) + data
 
 
-def _mask_code(inactive: list[float], background: float) -> tuple[int, list[float], float | None]:
+def _mask_code(inactive: list[Value], background: Value, kind: Kind) -> tuple[int, list[Value], Value]:
     """Return the code byte, the inactive values to store, and the value that the selection mask marks."""
+    background = kind.distinct(kind.full(1, background))[0]
     others = [value for value in inactive if value != background]
     if len(inactive) > 2:
         return 6, [], None
     if not others:
         return 0, [], None
     if len(inactive) == 1:
-        return (1, [], None) if others[0] == -background else (2, others, None)
+        return (1, [], None) if others[0] == kind.negated(background) else (2, others, None)
     if len(others) == 1:
-        return (3, [], background) if others[0] == -background else (4, others, background)
+        is_negative = others[0] == kind.negated(background)
+        return (3, [], background) if is_negative else (4, others, background)
     return 5, others, others[1]
 
 
@@ -246,5 +312,5 @@ def _slot(node: Origin, child: Origin, child_log2: int) -> int:
     return x << (2 * log2) | y << log2 | z
 
 
-def _mask(bits: npt.NDArray[np.bool_]) -> bytes:
+def _mask(bits: Bits) -> bytes:
     return np.packbits(bits, bitorder="little").tobytes()

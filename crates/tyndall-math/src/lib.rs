@@ -5,6 +5,7 @@
 //! - colours are linear Rec.709 in [`Rgb`], one number per channel, scene-referred;
 //! - hot loops use the 16-byte aligned [`glam::Vec3A`], storage uses [`glam::Vec3`].
 
+pub mod blackbody;
 mod color;
 mod frame;
 mod interval;
@@ -13,6 +14,7 @@ mod ray;
 pub mod sampling;
 mod sum;
 
+pub use blackbody::{blackbody_color, blackbody_radiance};
 pub use color::{Rgb, luminance, max_component, mean_component, rec709_from_srgb, srgb_from_rec709};
 pub use frame::Frame;
 pub use interval::{GAMMA_3, gamma, offset_ray_origin};

@@ -16,7 +16,7 @@ mod volume;
 mod tests;
 
 pub use compiled::{CompiledMaterial, SurfaceShading};
-pub use volume::VolumeMaterial;
+pub use volume::{EmissionSource, EmissionTerm, PhaseModel, VolumeMaterial};
 
 use crate::KindSpec;
 use glam::Vec3A;

@@ -17,7 +17,10 @@ pub mod texture;
 #[cfg(test)]
 mod testing;
 
-pub use graph::{CompiledMaterial, NODE_KINDS, ShadingContext, SurfaceShading, VolumeMaterial};
+pub use graph::{
+    CompiledMaterial, EmissionSource, EmissionTerm, NODE_KINDS, PhaseModel, ShadingContext, SurfaceShading,
+    VolumeMaterial,
+};
 pub use kind::{KindSpec, ParamDefault, ParamSpec};
 pub use light::{Light, LightSample, LightSet, Receiver};
 pub use material::{Bsdf, BsdfSample, BsdfValue, Lobe, ShadingFrame};

@@ -2,10 +2,12 @@
 
 use crate::VdbError;
 
-/// Reads forward; every read is checked against the end. VDB files are little-endian.
+/// Reads forward; every read is checked against the end. OpenVDB and NanoVDB files are little-endian.
 #[derive(Debug, Clone)]
 pub(crate) struct Cursor<'a> {
-    bytes: &'a [u8],
+    /// Not yet read.
+    rest: &'a [u8],
+    /// The file's position of the next byte.
     offset: usize,
 }
 
@@ -18,9 +20,9 @@ macro_rules! number {
 }
 
 impl<'a> Cursor<'a> {
-    /// Starts at `offset` (at the end if past it) of `bytes`, which is the file or a front part of it.
+    /// Reads `bytes`, which are at position `offset` of the file.
     pub(crate) fn new(bytes: &'a [u8], offset: usize) -> Self {
-        Self { bytes, offset: offset.min(bytes.len()) }
+        Self { rest: bytes, offset }
     }
 
     pub(crate) fn offset(&self) -> usize {
@@ -28,24 +30,26 @@ impl<'a> Cursor<'a> {
     }
 
     pub(crate) fn remaining(&self) -> usize {
-        self.bytes.len() - self.offset
+        self.rest.len()
     }
 
     /// The next `count` bytes.
     pub(crate) fn take(&mut self, count: usize, what: &'static str) -> Result<&'a [u8], VdbError> {
-        self.require(count as u64, what)?;
-        let start = self.offset;
+        let Some((taken, rest)) = self.rest.split_at_checked(count) else {
+            return Err(self.too_short(count as u64, what));
+        };
+        self.rest = rest;
         self.offset += count;
-        Ok(&self.bytes[start..self.offset])
+        Ok(taken)
     }
 
     /// Fails unless `count` bytes are left: to be asked before allocating for them.
     pub(crate) fn require(&self, count: u64, what: &'static str) -> Result<(), VdbError> {
-        let available = self.remaining();
-        if count > available as u64 {
-            return Err(VdbError::Truncated { what, offset: self.offset, needed: count, available });
-        }
-        Ok(())
+        if count > self.remaining() as u64 { Err(self.too_short(count, what)) } else { Ok(()) }
+    }
+
+    fn too_short(&self, needed: u64, what: &'static str) -> VdbError {
+        VdbError::Truncated { what, offset: self.offset, needed, available: self.remaining() }
     }
 
     pub(crate) fn array<const N: usize>(&mut self, what: &'static str) -> Result<[u8; N], VdbError> {
@@ -55,8 +59,10 @@ impl<'a> Cursor<'a> {
     }
 
     number!(u8, u8);
+    number!(u16, u16);
     number!(u32, u32);
     number!(i32, i32);
+    number!(u64, u64);
     number!(i64, i64);
     number!(f64, f64);
 

@@ -60,22 +60,32 @@ pub(crate) struct Descriptor {
     pub(crate) saved_as_half: bool,
     /// Bytes of compression word, metadata, transform and tree.
     pub(crate) body: Range<usize>,
+    /// Where the leaf buffers are said to begin, inside the body. A hint: OpenVDB itself doesn't go by it.
+    pub(crate) buffers_at: usize,
 }
 
 impl Descriptor {
     /// Least number of bytes an entry takes: three empty strings and three offsets.
     pub(crate) const SMALLEST: u64 = 3 * 4 + 3 * 8;
 
-    /// Reads an entry; in a stream file the offsets mean nothing and the body is left open at the file's end.
-    pub(crate) fn read(cursor: &mut Cursor<'_>, has_offsets: bool) -> Result<Self, VdbError> {
+    /// Reads an entry of a file of `file_len` bytes; in a stream file the offsets mean nothing and the body is left
+    /// open at the file's end.
+    pub(crate) fn read(
+        cursor: &mut Cursor<'_>,
+        has_offsets: bool,
+        file_len: usize,
+    ) -> Result<Self, VdbError> {
         let unique_name = cursor.string("grid name")?;
         let tree_type = cursor.string("grid type")?;
         let parent = cursor.string("instance parent")?;
         let at = cursor.offset();
-        let body = Offsets::read(cursor)?.body(at, cursor, has_offsets)?;
+        let offsets = Offsets::read(cursor)?;
+        let here = cursor.offset();
+        let body = if has_offsets { offsets.body(at, here, file_len)? } else { here..file_len };
+        let buffers_at = usize::try_from(offsets.buffers).unwrap_or(body.end).clamp(body.start, body.end);
         let saved_as_half = tree_type.ends_with(HALF_SUFFIX);
         let (value_type, tree_shape) = split_type(tree_type.strip_suffix(HALF_SUFFIX).unwrap_or(&tree_type));
-        Ok(Self { unique_name, parent, value_type, tree_shape, saved_as_half, body })
+        Ok(Self { unique_name, parent, value_type, tree_shape, saved_as_half, body, buffers_at })
     }
 
     pub(crate) fn is_instance(&self) -> bool {
@@ -97,38 +107,29 @@ fn split_type(tree_type: &str) -> (ValueType, String) {
 
 struct Offsets {
     grid: i64,
+    buffers: i64,
     end: i64,
 }
 
 impl Offsets {
     fn read(cursor: &mut Cursor<'_>) -> Result<Self, VdbError> {
-        let grid = cursor.i64("grid offset")?;
-        cursor.i64("block offset")?;
-        Ok(Self { grid, end: cursor.i64("end offset")? })
+        let mut next = || cursor.i64("grid offsets");
+        Ok(Self { grid: next()?, buffers: next()?, end: next()? })
     }
 
-    /// The grid's bytes. They must lie behind the descriptor, so that grids cannot share bytes: otherwise a small
-    /// file could list the same large metadata a million times.
-    fn body(&self, at: usize, cursor: &Cursor<'_>, has_offsets: bool) -> Result<Range<usize>, VdbError> {
-        let here = cursor.offset();
-        let file_end = here + cursor.remaining();
-        if !has_offsets {
-            return Ok(here..file_end);
-        }
+    /// The grid's bytes. They must lie behind the descriptor, which ends at `here`, so that grids cannot share bytes:
+    /// otherwise a small file could list the same large metadata a million times.
+    fn body(&self, at: usize, here: usize, file_len: usize) -> Result<Range<usize>, VdbError> {
         let (Ok(start), Ok(end)) = (usize::try_from(self.grid), usize::try_from(self.end)) else {
             return Err(VdbError::corrupt(at, "a grid's offsets are negative"));
         };
         if start < here || end < start {
             return Err(VdbError::corrupt(at, "a grid's offsets point backwards"));
         }
-        if end > file_end {
+        if end > file_len {
             let needed = (end - here) as u64;
-            return Err(VdbError::Truncated {
-                what: "grid",
-                offset: here,
-                needed,
-                available: cursor.remaining(),
-            });
+            let available = file_len.saturating_sub(here);
+            return Err(VdbError::Truncated { what: "grid", offset: here, needed, available });
         }
         Ok(start..end)
     }
@@ -147,13 +148,26 @@ mod tests {
 
     #[test]
     fn offsets_must_point_forward_and_inside() {
-        let bytes = [0; 100];
-        let cursor = Cursor::new(&bytes, 40);
-        let body = |grid, end| Offsets { grid, end }.body(16, &cursor, true);
+        let body = |grid, end| Offsets { grid, buffers: 0, end }.body(16, 40, 100);
         assert_eq!(body(40, 100).ok(), Some(40..100));
         assert!(matches!(body(39, 100), Err(VdbError::Corrupt { .. })));
         assert!(matches!(body(50, 45), Err(VdbError::Corrupt { .. })));
         assert!(matches!(body(-1, 45), Err(VdbError::Corrupt { .. })));
         assert!(matches!(body(40, i64::MAX), Err(VdbError::Truncated { .. })));
+    }
+
+    /// An entry whose buffers begin at `buffers`, read.
+    fn buffers_at(buffers: i64) -> usize {
+        let mut bytes = vec![0; 12];
+        [40, buffers, 90].iter().for_each(|offset: &i64| bytes.extend(offset.to_le_bytes()));
+        Descriptor::read(&mut Cursor::new(&bytes, 0), true, 100).expect("an entry").buffers_at
+    }
+
+    #[test]
+    fn the_hint_stays_inside_the_grid() {
+        assert_eq!(
+            [i64::MIN, -1, 0, 40, 60, 90, 91, i64::MAX].map(buffers_at),
+            [90, 90, 40, 40, 60, 90, 90, 90]
+        );
     }
 }

@@ -17,10 +17,8 @@ pub enum VdbError {
         /// The system's reason.
         source: io::Error,
     },
-    /// The first bytes are not OpenVDB's.
-    #[error(
-        "not an OpenVDB file: the magic number is missing (NanoVDB and other volume formats are not read here)"
-    )]
+    /// The first bytes are neither OpenVDB's nor NanoVDB's.
+    #[error("neither an OpenVDB nor a NanoVDB file: the magic number is missing")]
     NotVdb,
     /// A file version outside 218 to 225.
     #[error(
@@ -29,6 +27,12 @@ pub enum VdbError {
     UnsupportedVersion {
         /// As stored in the file.
         version: u32,
+    },
+    /// A NanoVDB file that cannot be read as a whole.
+    #[error("this NanoVDB file is not supported: {what}")]
+    UnsupportedNanoVdb {
+        /// The obstacle.
+        what: String,
     },
     /// The file, or the part of it that belongs to one grid, ends too early.
     #[error(
@@ -66,6 +70,12 @@ pub enum VdbError {
         index: Option<usize>,
         /// Names in the file, duplicates as `name[1]`.
         available: Vec<String>,
+    },
+    /// A sound grid that is too large for this machine.
+    #[error("not enough memory: the grid's voxels take {} MiB", bytes >> 20)]
+    OutOfMemory {
+        /// Size of the decoded voxels.
+        bytes: u64,
     },
     /// A sound grid of a kind this crate does not decode.
     #[error("grid \"{name}\" cannot be used: {what}")]

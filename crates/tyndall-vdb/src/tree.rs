@@ -1,12 +1,73 @@
-//! The tree of one grid in two passes: first locate every node ([`Skeleton`]), then decode values in parallel.
+//! The tree of one grid in two passes: first locate every node, then decode values in parallel.
 //!
 //! The first pass is cheap, sequential and independent of the voxel type, so it also serves to step over grids in
 //! stream files. After it, the number of leaves is known to be backed by bytes, and only then memory is allocated.
 
 mod decode;
-mod skeleton;
+mod leaf;
+mod topology;
 
-pub(crate) use skeleton::Skeleton;
+use std::ops::Range;
+
+use crate::VdbError;
+use crate::codec::block::BlockFormat;
+use crate::cursor::Cursor;
+use crate::grid::{Leaf, Tile};
+use crate::source::Source;
+use crate::value::Value;
+use topology::Topology;
+
+/// Where a tree's bytes are and how they are stored.
+#[derive(Debug)]
+pub(crate) struct TreeSite {
+    pub(crate) bytes: Range<usize>,
+    /// Where the leaf buffers are said to begin.
+    pub(crate) buffers_at: usize,
+    pub(crate) format: BlockFormat,
+}
+
+/// A decoded tree.
+#[derive(Debug)]
+pub(crate) struct Tree<T> {
+    pub(crate) background: T,
+    pub(crate) tiles: Vec<Tile<T>>,
+    pub(crate) leaves: Vec<Leaf<T>>,
+}
+
+/// Decodes a tree whose voxels are of type `T`, converting each value.
+pub(crate) fn read<T: Value, U: Value>(
+    source: &Source,
+    site: &TreeSite,
+    convert: impl Fn(T) -> U + Sync,
+) -> Result<Tree<U>, VdbError> {
+    let Range { start, end } = site.bytes;
+    let front = source.bytes(start..site.buffers_at)?;
+    let whole;
+    let mut cursor = Cursor::new(&front, start);
+    let topology = match Topology::read(&mut cursor, site.format) {
+        // The buffers begin later than said.
+        Err(VdbError::Truncated { .. }) if start + front.len() < end => {
+            whole = source.bytes(start..end)?;
+            cursor = Cursor::new(&whole, start);
+            Topology::read(&mut cursor, site.format)?
+        }
+        topology => topology?,
+    };
+    let window = source.window(cursor.offset()..end);
+    Ok(Tree {
+        background: convert(topology.background::<T>()),
+        tiles: topology.decode_tiles(&convert)?,
+        leaves: topology.decode_leaves(window, &convert)?,
+    })
+}
+
+/// The position behind a tree's last byte.
+pub(crate) fn find_end(source: &Source, site: &TreeSite) -> Result<usize, VdbError> {
+    let bytes = source.bytes(site.bytes.clone())?;
+    let mut cursor = Cursor::new(&bytes, site.bytes.start);
+    Topology::read(&mut cursor, site.format)?.skip_leaves(&mut cursor)?;
+    Ok(cursor.offset())
+}
 
 /// Side of a root entry's cube is `1 << ROOT_LOG2` voxels.
 pub(crate) const ROOT_LOG2: u8 = 12;

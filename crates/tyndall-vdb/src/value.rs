@@ -3,6 +3,7 @@
 use std::fmt;
 
 use half::f16;
+use half::slice::HalfFloatSliceExt;
 
 /// The type of a grid's voxels as its tree type names it.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub enum ValueType {
     Int64,
     /// `bool`
     Bool,
-    /// `mask`
+    /// `mask`: no values, just active voxels; read as `bool`.
     Mask,
     /// `vec3s`
     Vec3s,
@@ -64,10 +65,21 @@ impl ValueType {
             Self::Vec3s => (12, Some(6)),
             Self::Vec3d => (24, Some(6)),
             Self::Vec3i => (12, None),
-            Self::Bool | Self::Mask | Self::Points | Self::Other(_) => return None,
+            Self::Bool | Self::Mask => (1, None),
+            Self::Points | Self::Other(_) => return None,
         };
         let half = half.filter(|_| saved_as_half);
-        Some(ValueLayout { full_bytes: full, stored_bytes: half.unwrap_or(full), is_half: half.is_some() })
+        let leaf = match self {
+            Self::Bool => LeafLayout::Bits,
+            Self::Mask => LeafLayout::MaskOnly,
+            _ => LeafLayout::Block,
+        };
+        Some(ValueLayout {
+            full_bytes: full,
+            stored_bytes: half.unwrap_or(full),
+            is_half: half.is_some(),
+            leaf,
+        })
     }
 }
 
@@ -99,18 +111,31 @@ pub(crate) struct ValueLayout {
     pub(crate) stored_bytes: usize,
     /// Blocks hold half floats.
     pub(crate) is_half: bool,
+    /// What follows a leaf's mask.
+    pub(crate) leaf: LeafLayout,
+}
+
+/// How leaves store their values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum LeafLayout {
+    /// A packed block.
+    Block,
+    /// The leaf's origin and one bit per voxel, never packed: `bool`.
+    Bits,
+    /// The leaf's origin; the active voxels are the true ones: `mask`.
+    MaskOnly,
 }
 
 /// A voxel type this crate can decode.
-///
-/// The byte functions get exactly as many bytes as the type takes in the file; missing bytes count as zero.
 pub trait Value: Copy + PartialEq + Default + fmt::Debug + Send + Sync + 'static {
     /// The type's name in files.
     const TYPE: ValueType;
-    /// From full-size little-endian bytes.
+    /// One value from full-size little-endian bytes, of which missing ones count as zero.
     fn from_full(bytes: &[u8]) -> Self;
-    /// From the bytes of a grid saved as half; types without a half form use their full one.
-    fn from_half(bytes: &[u8]) -> Self;
+    /// Fills `out` from full-size bytes, one value after the other; stops where either ends.
+    fn read_full(bytes: &[u8], out: &mut [Self]);
+    /// As [`Self::read_full`], from a grid saved as half; types without a half form use their full one.
+    fn read_half(bytes: &[u8], out: &mut [Self]);
     /// `-self`: inside a level set, inactive values are stored as "minus background".
     fn negated(self) -> Self;
 }
@@ -131,15 +156,38 @@ fn half_at(bytes: &[u8], at: usize) -> f32 {
     f16::from_le_bytes(array(bytes, at)).to_f32()
 }
 
-macro_rules! scalar {
-    ($type:ty, $name:ident, half: |$bytes:ident| $half:expr, negated: |$v:ident| $negated:expr) => {
+/// Loops over chunks of a constant size compile to plain copies.
+fn read_chunks<const N: usize, T>(bytes: &[u8], out: &mut [T], parse: impl Fn(&[u8; N]) -> T) {
+    out.iter_mut().zip(bytes.as_chunks::<N>().0).for_each(|(slot, chunk)| *slot = parse(chunk));
+}
+
+/// Half floats into floats, sixteen at a time where the processor can.
+fn read_half_floats(bytes: &[u8], out: &mut [f32]) {
+    const LANES: usize = 16;
+    let n = out.len().min(bytes.len() / 2);
+    let (wide, tail) = out[..n].as_chunks_mut::<LANES>();
+    let (wide_bytes, tail_bytes) = bytes.split_at(wide.len() * LANES * 2);
+    for (slots, halves) in wide.iter_mut().zip(wide_bytes.as_chunks::<{ LANES * 2 }>().0) {
+        let halves: [f16; LANES] = std::array::from_fn(|i| f16::from_le_bytes(array(halves, 2 * i)));
+        halves.convert_to_f32_slice(slots);
+    }
+    read_chunks::<2, f32>(tail_bytes, tail, |chunk| half_at(chunk, 0));
+}
+
+/// `$n` bytes make a value; `half` is a function of bytes and values.
+macro_rules! value {
+    ($type:ty, $name:ident, $n:literal, |$chunk:ident| $parse:expr, half: $half:expr, negated: |$v:ident| $negated:expr) => {
         impl Value for $type {
             const TYPE: ValueType = ValueType::$name;
             fn from_full(bytes: &[u8]) -> Self {
-                Self::from_le_bytes(array(bytes, 0))
+                let $chunk = &array::<$n>(bytes, 0);
+                $parse
             }
-            fn from_half($bytes: &[u8]) -> Self {
-                $half
+            fn read_full(bytes: &[u8], out: &mut [Self]) {
+                read_chunks::<$n, Self>(bytes, out, |$chunk| $parse);
+            }
+            fn read_half(bytes: &[u8], out: &mut [Self]) {
+                $half(bytes, out);
             }
             fn negated(self) -> Self {
                 let $v = self;
@@ -149,32 +197,21 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, Float, half: |bytes| half_at(bytes, 0), negated: |v| -v);
-scalar!(f64, Double, half: |bytes| f64::from(half_at(bytes, 0)), negated: |v| -v);
-scalar!(f16, Half, half: |bytes| Self::from_full(bytes), negated: |v| -v);
-scalar!(i32, Int32, half: |bytes| Self::from_full(bytes), negated: |v| v.wrapping_neg());
-scalar!(i64, Int64, half: |bytes| Self::from_full(bytes), negated: |v| v.wrapping_neg());
-
-macro_rules! vector {
-    ($type:ty, $bytes_each:literal, $name:ident, half: |$half_bytes:ident| $half:expr, negated: |$v:ident| $negated:expr) => {
-        impl Value for [$type; 3] {
-            const TYPE: ValueType = ValueType::$name;
-            fn from_full(bytes: &[u8]) -> Self {
-                std::array::from_fn(|axis| <$type>::from_le_bytes(array(bytes, axis * $bytes_each)))
-            }
-            fn from_half($half_bytes: &[u8]) -> Self {
-                $half
-            }
-            fn negated(self) -> Self {
-                self.map(|$v| $negated)
-            }
-        }
-    };
-}
-
-vector!(f32, 4, Vec3s, half: |bytes| std::array::from_fn(|axis| half_at(bytes, axis * 2)), negated: |v| -v);
-vector!(f64, 8, Vec3d, half: |bytes| std::array::from_fn(|axis| f64::from(half_at(bytes, axis * 2))), negated: |v| -v);
-vector!(i32, 4, Vec3i, half: |bytes| Self::from_full(bytes), negated: |v| v.wrapping_neg());
+value!(f32, Float, 4, |b| Self::from_le_bytes(*b), half: read_half_floats, negated: |v| -v);
+value!(f64, Double, 8, |b| Self::from_le_bytes(*b), half: |bytes, out| {
+    read_chunks::<2, f64>(bytes, out, |b| f64::from(half_at(b, 0)));
+}, negated: |v| -v);
+value!(f16, Half, 2, |b| Self::from_le_bytes(*b), half: Self::read_full, negated: |v| -v);
+value!(i32, Int32, 4, |b| Self::from_le_bytes(*b), half: Self::read_full, negated: |v| v.wrapping_neg());
+value!(i64, Int64, 8, |b| Self::from_le_bytes(*b), half: Self::read_full, negated: |v| v.wrapping_neg());
+// OpenVDB's "minus" of a truth value is the other one.
+value!(bool, Bool, 1, |b| b[0] != 0, half: Self::read_full, negated: |v| !v);
+value!([f32; 3], Vec3s, 12, |b| std::array::from_fn(|axis| f32::from_le_bytes(array(b, axis * 4))),
+half: |bytes, out: &mut [Self]| read_half_floats(bytes, out.as_flattened_mut()), negated: |v| v.map(|c| -c));
+value!([f64; 3], Vec3d, 24, |b| std::array::from_fn(|axis| f64::from_le_bytes(array(b, axis * 8))),
+half: |bytes, out: &mut [Self]| f64::read_half(bytes, out.as_flattened_mut()), negated: |v| v.map(|c| -c));
+value!([i32; 3], Vec3i, 12, |b| std::array::from_fn(|axis| i32::from_le_bytes(array(b, axis * 4))),
+half: Self::read_full, negated: |v| v.map(i32::wrapping_neg));
 
 macro_rules! number {
     ($type:ty, |$v:ident| $wide:expr, $narrow:expr) => {
@@ -196,20 +233,58 @@ number!(f64, |v| v, v as f32);
 number!(f16, |v| v.to_f64(), v.to_f32());
 number!(i32, |v| f64::from(v), v as f32);
 number!(i64, |v| v as f64, v as f32);
+number!(bool, |v| f64::from(u8::from(v)), f32::from(u8::from(v)));
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    /// Every half float there is, at every position in a chunk; NaNs by their bits.
     #[test]
-    fn half_and_full_bytes_agree() {
-        let half = f16::from_f32(-1.25).to_le_bytes();
-        assert_eq!(f32::from_half(&half), -1.25);
-        assert_eq!(f64::from_half(&half), -1.25);
-        let three: Vec<u8> = half.iter().chain(&half).chain(&half).copied().collect();
-        assert_eq!(<[f32; 3]>::from_half(&three), [-1.25; 3]);
-        let bytes: Vec<u8> = [1_i32, -2, 3].iter().flat_map(|v| v.to_le_bytes()).collect();
-        assert_eq!(<[i32; 3]>::from_full(&bytes), [1, -2, 3]);
+    fn half_floats_widen_as_one_by_one() {
+        let bytes: Vec<u8> = (0..=u16::MAX).flat_map(u16::to_le_bytes).collect();
+        for skip in [0, 1, 7] {
+            let (mut fast, mut doubles) = (vec![9.0_f32; 65536], vec![9.0_f64; 65536]);
+            f32::read_half(&bytes[2 * skip..], &mut fast);
+            f64::read_half(&bytes[2 * skip..], &mut doubles);
+            for (i, bits) in (0..=u16::MAX).skip(skip).enumerate() {
+                let slow = f16::from_bits(bits).to_f32();
+                assert!(fast[i] == slow || fast[i].is_nan() && slow.is_nan(), "{bits:#x}");
+                assert!(doubles[i] == f64::from(slow) || slow.is_nan(), "{bits:#x}");
+            }
+            assert_eq!(fast[65536 - skip..], vec![9.0; skip], "filled from missing bytes");
+        }
+    }
+
+    #[test]
+    fn runs_and_single_values_agree() {
+        fn check<T: Value>(n_bytes: usize) {
+            let bytes: Vec<u8> = (0..n_bytes * 5).map(|i| (i * 89 % 251) as u8).collect();
+            let mut run = [T::default(); 5];
+            T::read_full(&bytes, &mut run);
+            for (i, value) in run.iter().enumerate() {
+                assert_eq!(*value, T::from_full(&bytes[i * n_bytes..]), "{}", T::TYPE);
+            }
+        }
+        check::<f32>(4);
+        check::<f64>(8);
+        check::<f16>(2);
+        check::<i32>(4);
+        check::<i64>(8);
+        check::<bool>(1);
+        check::<[f32; 3]>(12);
+        check::<[f64; 3]>(24);
+        check::<[i32; 3]>(12);
+    }
+
+    #[test]
+    fn vectors_widen_by_component() {
+        let bytes: Vec<u8> =
+            [-1.25_f32, 2.0, 0.5].iter().flat_map(|&v| f16::from_f32(v).to_le_bytes()).collect();
+        let (mut single, mut double) = ([[0.0_f32; 3]; 1], [[0.0_f64; 3]; 1]);
+        <[f32; 3]>::read_half(&bytes, &mut single);
+        <[f64; 3]>::read_half(&bytes, &mut double);
+        assert_eq!((single[0], double[0]), ([-1.25, 2.0, 0.5], [-1.25, 2.0, 0.5]));
     }
 
     #[test]

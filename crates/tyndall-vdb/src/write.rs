@@ -1,4 +1,4 @@
-//! Float grids into VDB files that OpenVDB and everything built on it reads.
+//! Grids of floats and vectors into VDB files that OpenVDB and everything built on it reads.
 //!
 //! File version 224, full floats, active-mask compression, optionally zipped. (OpenVDB itself never zips fog
 //! volumes but reads them.) The same grids give the same bytes: no clock, no random numbers, no thread count.
@@ -26,7 +26,53 @@ pub enum WriteCompression {
     Zip,
 }
 
-/// Writes grids as fog volumes, replacing `path` only when all bytes are on disk.
+/// A grid to write, of one of the types that can be written.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub enum FogGrid<'a> {
+    /// Density, temperature and the like.
+    Float(&'a Grid),
+    /// Velocity, colour and the like.
+    Vec3s(&'a Grid<[f32; 3]>),
+}
+
+impl FogGrid<'_> {
+    fn name(&self) -> &str {
+        match self {
+            Self::Float(grid) => &grid.name,
+            Self::Vec3s(grid) => &grid.name,
+        }
+    }
+
+    fn tree_type(&self) -> &'static str {
+        match self {
+            Self::Float(_) => "Tree_float_5_4_3",
+            Self::Vec3s(_) => "Tree_vec3s_5_4_3",
+        }
+    }
+}
+
+impl<'a> From<&'a Grid> for FogGrid<'a> {
+    fn from(grid: &'a Grid) -> Self {
+        Self::Float(grid)
+    }
+}
+
+impl<'a> From<&'a Grid<[f32; 3]>> for FogGrid<'a> {
+    fn from(grid: &'a Grid<[f32; 3]>) -> Self {
+        Self::Vec3s(grid)
+    }
+}
+
+/// Writes float grids as fog volumes: [`write_grids`] for the common case.
+///
+/// # Errors
+/// As [`write_grids`].
+pub fn write_fog(path: &Path, grids: &[Grid], compression: WriteCompression) -> Result<(), VdbError> {
+    write_grids(path, &grids.iter().map(FogGrid::from).collect::<Vec<_>>(), compression)
+}
+
+/// Writes grids of several types as fog volumes (staggered ones stay staggered), replacing `path` only when all bytes are on disk.
 ///
 /// Leaves and tiles are written as they are; [`GridBuilder`] makes grids from dense arrays. Metadata entries are
 /// kept except those this function states itself (name, class, bounds, voxel count, storage). Grids of the same
@@ -35,7 +81,11 @@ pub enum WriteCompression {
 /// # Errors
 /// [`VdbError::InvalidGrid`] for overlapping or misplaced leaves and tiles and for transforms that are not finite
 /// or not invertible; [`VdbError::Io`] naming the file.
-pub fn write_fog(path: &Path, grids: &[Grid], compression: WriteCompression) -> Result<(), VdbError> {
+pub fn write_grids(
+    path: &Path,
+    grids: &[FogGrid<'_>],
+    compression: WriteCompression,
+) -> Result<(), VdbError> {
     let file_bytes = bytes::file(grids, compression)?;
     let temporary = temporary_beside(path);
     let written = write_new(&temporary, &file_bytes).and_then(|()| fs::rename(&temporary, path));

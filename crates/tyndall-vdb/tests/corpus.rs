@@ -1,11 +1,12 @@
-//! The corpus: files in every storage form, against what OpenVDB 12 reads from them (`truth.json`, made by
-//! `tests/vdb/make_corpus.py`).
+//! The corpora: files in every storage form, against what OpenVDB 12 reads from them (`truth.json.gz`, made by
+//! `tests/vdb/make_corpus.py`), and NanoVDB files against NVIDIA Warp (`tests/vdb/make_nano_corpus.py`).
 
 mod common;
 
-use common::{corpus_file, truth};
+use common::{corpus_file, corpus_path, truth};
+use half::f16;
 use serde_json::Value as Json;
-use tyndall_vdb::{Grid, GridClass, GridInfo, Scalar, VdbError, VdbFile};
+use tyndall_vdb::{Grid, GridClass, GridInfo, Scalar, Value, VdbError, VdbFile};
 
 fn number(json: &Json) -> f64 {
     json.as_f64().expect("a number")
@@ -15,29 +16,89 @@ fn text(json: &Json) -> &str {
     json.as_str().expect("a string")
 }
 
+fn list(json: &Json) -> &[Json] {
+    json.as_array().expect("a list")
+}
+
 fn triple(json: &Json) -> [i32; 3] {
     std::array::from_fn(|axis| json[axis].as_i64().and_then(|c| i32::try_from(c).ok()).expect("a coordinate"))
 }
 
-/// Compares in the grid's own type, so doubles and integers must agree to the last bit.
-fn compare<T: Scalar>(grid: &Grid<T>, entry: &Json, label: &str) {
-    assert_eq!(grid.background.to_f64(), number(&entry["background"]), "{label}: background");
-    assert_eq!(Some(grid.active_voxel_count()), entry["active"].as_u64(), "{label}: active voxels");
-    assert_eq!(Some(grid.leaves.len() as u64), entry["leaves"].as_u64(), "{label}: leaves");
-    // OpenVDB's values are summed exactly; 64-bit sums here err by at most n eps sum|v|, and n < 2^14 values.
-    let tolerance = 1e-11 * number(&entry["absolute_sum"]);
-    assert!((grid.sum() - number(&entry["sum"])).abs() <= tolerance, "{label}: sum {}", grid.sum());
-    let bounds =
-        (!entry["bounds"].is_null()).then(|| (triple(&entry["bounds"][0]), triple(&entry["bounds"][1])));
-    assert_eq!(grid.active_bounds(), bounds, "{label}: bounds");
-    for sample in entry["samples"].as_array().expect("samples") {
-        let voxel = triple(sample);
-        assert_eq!(grid.value(voxel).to_f64(), number(&sample[3]), "{label}: value at {voxel:?}");
-        assert_eq!(Some(grid.is_active(voxel)), sample[4].as_bool(), "{label}: state of {voxel:?}");
+/// A value as the list of its numbers, as the truth has it.
+trait Numbers: Value {
+    fn numbers(self) -> Vec<f64>;
+    /// Whether this is the value meant; 64-bit integers are compared as such.
+    fn is(self, json: &[Json]) -> bool {
+        self.numbers() == json.iter().map(number).collect::<Vec<_>>()
     }
 }
 
-fn compare_transform<T: Scalar>(grid: &Grid<T>, info: &GridInfo, entry: &Json, label: &str) {
+macro_rules! numbers {
+    ($($scalar:ty),*) => {
+        $(impl Numbers for $scalar {
+            fn numbers(self) -> Vec<f64> {
+                vec![self.to_f64()]
+            }
+        })*
+    };
+}
+
+numbers!(f32, f64, f16, i32, bool);
+
+impl Numbers for i64 {
+    fn numbers(self) -> Vec<f64> {
+        vec![self.to_f64()]
+    }
+    fn is(self, json: &[Json]) -> bool {
+        json.len() == 1 && json[0].as_i64() == Some(self)
+    }
+}
+
+impl<T: Scalar> Numbers for [T; 3]
+where
+    [T; 3]: Value,
+{
+    fn numbers(self) -> Vec<f64> {
+        self.iter().map(|c| c.to_f64()).collect()
+    }
+}
+
+/// Each component's sum over all active voxels.
+fn sums<T: Numbers>(grid: &Grid<T>) -> Vec<f64> {
+    let mut sums = vec![0.0; grid.background.numbers().len()];
+    let mut add = |value: T, count: f64| {
+        sums.iter_mut().zip(value.numbers()).for_each(|(sum, number)| *sum += number * count);
+    };
+    for leaf in &grid.leaves {
+        leaf.active_offsets().for_each(|offset| add(leaf.values[offset], 1.0));
+    }
+    for tile in grid.tiles.iter().filter(|tile| tile.active) {
+        add(tile.value, tile.voxel_count() as f64);
+    }
+    sums
+}
+
+/// Compares in the grid's own type, so doubles and integers must agree to the last bit.
+fn compare<T: Numbers>(grid: &Grid<T>, entry: &Json, label: &str) {
+    assert!(grid.background.is(list(&entry["background"])), "{label}: background {:?}", grid.background);
+    assert_eq!(Some(grid.active_voxel_count()), entry["active"].as_u64(), "{label}: active voxels");
+    assert_eq!(Some(grid.leaves.len() as u64), entry["leaves"].as_u64(), "{label}: leaves");
+    // OpenVDB's values are summed exactly; 64-bit sums here err by at most n eps sum|v|, and n < 2^14 values.
+    let expected = list(&entry["sum"]).iter().zip(list(&entry["absolute_sum"]));
+    for (found, (expected, absolute)) in sums(grid).into_iter().zip(expected) {
+        assert!((found - number(expected)).abs() <= 1e-11 * number(absolute), "{label}: sum {found}");
+    }
+    let bounds =
+        (!entry["bounds"].is_null()).then(|| (triple(&entry["bounds"][0]), triple(&entry["bounds"][1])));
+    assert_eq!(grid.active_bounds(), bounds, "{label}: bounds");
+    for sample in list(&entry["samples"]) {
+        let (voxel, value) = (triple(sample), grid.value(triple(sample)));
+        assert_eq!(Some(grid.is_active(voxel)), sample[3].as_bool(), "{label}: state of {voxel:?}");
+        assert!(value.is(&list(sample)[4..]), "{label}: {value:?} at {voxel:?}");
+    }
+}
+
+fn compare_transform<T: Value>(grid: &Grid<T>, info: &GridInfo, entry: &Json, label: &str) {
     let corners = entry["corners"].as_array().expect("corners");
     let index = [glam::DVec3::ZERO, glam::DVec3::X, glam::DVec3::Y, glam::DVec3::Z];
     for (index, corner) in index.into_iter().zip(corners) {
@@ -61,57 +122,110 @@ fn class_name(class: GridClass) -> &'static str {
     }
 }
 
-fn check_as<T: Scalar>(file: &VdbFile, info: &GridInfo, entry: &Json, label: &str) {
+fn check<T: Numbers>(file: &VdbFile, info: &GridInfo, entry: &Json, label: &str) -> Grid<T> {
     let grid = file.read_grid_as::<T>(&info.name, Some(info.index)).expect(label);
     compare(&grid, entry, label);
     compare_transform(&grid, info, entry, label);
+    grid
+}
+
+/// Also read as floats.
+fn check_scalar<T: Scalar + Numbers>(file: &VdbFile, info: &GridInfo, entry: &Json, label: &str) {
+    let grid = check::<T>(file, info, entry, label);
     let as_float = file.read_grid(&info.name, Some(info.index)).expect(label);
-    assert_eq!(as_float.leaves.len(), grid.leaves.len(), "{label}");
+    assert_eq!(as_float.background, grid.background.to_f32(), "{label}");
+    assert_eq!(
+        (as_float.leaves.len(), as_float.tiles.len()),
+        (grid.leaves.len(), grid.tiles.len()),
+        "{label}"
+    );
     for (narrow, wide) in as_float.leaves.iter().zip(&grid.leaves) {
+        assert_eq!((narrow.origin, narrow.active), (wide.origin, wide.active), "{label}");
         assert_eq!(narrow.values, wide.values.map(T::to_f32), "{label}");
+    }
+    for (narrow, wide) in as_float.tiles.iter().zip(&grid.tiles) {
+        assert_eq!((narrow.origin, narrow.value), (wide.origin, wide.value.to_f32()), "{label}");
+    }
+}
+
+fn check_entry(file: &VdbFile, entry: &Json, label: &str) {
+    let (name, index) = (text(&entry["name"]), entry["index"].as_u64().expect("an index") as usize);
+    let info = file.grids().iter().find(|g| g.name == name && g.index == index).expect(label);
+    assert_eq!(class_name(info.class), text(&entry["class"]), "{label}");
+    if entry["corners"].is_null() {
+        let error = file.read_grid(name, Some(index)).expect_err(label);
+        assert!(matches!(error, VdbError::UnsupportedGrid { .. }), "{label}: {error}");
+        return;
+    }
+    match text(&entry["type"]) {
+        "float" => check_scalar::<f32>(file, info, entry, label),
+        "double" => check_scalar::<f64>(file, info, entry, label),
+        "half" => check_scalar::<f16>(file, info, entry, label),
+        "int32" => check_scalar::<i32>(file, info, entry, label),
+        "int64" => check_scalar::<i64>(file, info, entry, label),
+        "bool" | "mask" => check_scalar::<bool>(file, info, entry, label),
+        "vec3s" => drop(check::<[f32; 3]>(file, info, entry, label)),
+        "vec3d" => drop(check::<[f64; 3]>(file, info, entry, label)),
+        "vec3i" => drop(check::<[i32; 3]>(file, info, entry, label)),
+        other => panic!("{label}: no check for {other}"),
+    }
+}
+
+/// Every file twice: from memory, and from disk through positioned reads.
+fn check_corpus(corpus: &str, least_grids: usize) {
+    let entries = truth(corpus);
+    let n_samples: usize = entries.iter().filter_map(|entry| entry["samples"].as_array()).map(Vec::len).sum();
+    assert!(entries.len() >= least_grids && n_samples > 300 * entries.len(), "{n_samples} samples");
+    for entry in &entries {
+        let name = text(&entry["file"]);
+        let label = format!("{name} {}[{}]", entry["name"], entry["index"]);
+        check_entry(&VdbFile::from_bytes(corpus_file(name)).expect(&label), entry, &label);
+        check_entry(&VdbFile::open(&corpus_path(name)).expect(&label), entry, &label);
     }
 }
 
 #[test]
 fn every_grid_agrees_with_openvdb() {
-    let entries = truth();
-    assert!(entries.len() >= 50, "only {} grids in the corpus", entries.len());
-    for entry in &entries {
-        let (name, index) = (text(&entry["name"]), entry["index"].as_u64().expect("an index") as usize);
-        let label = format!("{} {name}[{index}]", text(&entry["file"]));
-        let file = VdbFile::from_bytes(corpus_file(text(&entry["file"]))).expect(&label);
-        let info = file.grids().iter().find(|g| g.name == name && g.index == index).expect(&label);
-        assert_eq!(class_name(info.class), text(&entry["class"]), "{label}");
-        if entry["corners"].is_null() {
-            let error = file.read_grid(name, Some(index)).expect_err(&label);
-            assert!(matches!(error, VdbError::UnsupportedGrid { .. }), "{label}: {error}");
-            continue;
-        }
-        match text(&entry["type"]) {
-            "float" => check_as::<f32>(&file, info, entry, &label),
-            "double" => check_as::<f64>(&file, info, entry, &label),
-            "int32" => check_as::<i32>(&file, info, entry, &label),
-            "int64" => check_as::<i64>(&file, info, entry, &label),
-            other => panic!("{label}: no check for {other}"),
-        }
-    }
+    check_corpus("corpus", 100);
+}
+
+#[test]
+fn every_nano_grid_agrees_with_nanovdb() {
+    check_corpus("corpus_nano", 30);
 }
 
 #[test]
 fn every_file_lists_all_its_grids() {
-    let entries = truth();
+    let entries = [truth("corpus"), truth("corpus_nano")].concat();
     for entry in &entries {
         let name = text(&entry["file"]);
-        let file = VdbFile::from_bytes(corpus_file(name)).expect(name);
+        let file = VdbFile::open(&corpus_path(name)).expect(name);
         let expected = entries.iter().filter(|other| other["file"] == entry["file"]).count();
         assert_eq!((file.grids().len(), file.n_unlisted_grids()), (expected, 0), "{name}");
     }
 }
 
+/// A grid that nobody asks for may be damaged: it is never read.
+#[test]
+fn only_the_grid_asked_for_is_read() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("density_and_velocity.vdb");
+    let mut bytes = corpus_file("native_same_names.vdb");
+    // The body of `heat`, which is larger than what opening the file reads of it.
+    let heat = bytes.windows(8).position(|w| w == b"\x04\0\0\0heat").expect("heat");
+    let offsets = heat + 8 + 4 + 16 + 4;
+    let end = i64::from_le_bytes(bytes[offsets + 16..offsets + 24].try_into().expect("eight bytes")) as usize;
+    bytes[end - 2000..end].fill(0xff);
+    std::fs::write(&path, bytes).expect("writes");
+    let file = VdbFile::open(&path).expect("opens");
+    assert!(file.read_grid("heat", None).is_err());
+    assert!(file.read_grid("density", Some(0)).is_ok() && file.read_grid("density", Some(1)).is_ok());
+}
+
 #[test]
 fn unsupported_grids_are_named_and_leave_the_others_readable() {
     let file = VdbFile::from_bytes(corpus_file("native_other_types.vdb")).expect("opens");
-    for (name, kind) in [("other0", "bool"), ("other1", "vec3s"), ("other2", "points")] {
+    for (name, kind) in [("other1", "vec3s"), ("other2", "points")] {
         let error = file.read_grid(name, None).expect_err(name).to_string();
         assert!(error.contains(name) && error.contains(kind), "{error}");
     }
@@ -147,33 +261,6 @@ fn instances_share_the_tree_but_not_the_transform() {
     assert_eq!(instance.file_from_index.matrix3, glam::DMat3::from_diagonal(glam::DVec3::splat(0.125)));
 }
 
-/// The layouts of versions 219 and 220 differ from 221 by nothing (220) and by the missing compression flag (219).
-#[test]
-fn versions_219_and_220_read_like_221() {
-    const VERSION_AT: usize = 8;
-    const FLAG_AT: usize = 21;
-    let bytes = corpus_file("version_221.vdb");
-    let expected =
-        VdbFile::from_bytes(bytes.clone()).and_then(|f| f.read_grid("density", None)).expect("221");
-    let mut v220 = bytes.clone();
-    v220[VERSION_AT] = 220;
-    let mut v219 = bytes;
-    v219[VERSION_AT] = 219;
-    v219.remove(FLAG_AT);
-    // The offsets in the descriptor move with the removed byte.
-    let offsets_at =
-        v219.windows(24).position(|w| w == b"\x10\0\0\0Tree_float_5_4_3\0\0\0\0").expect("type") + 24;
-    for at in [offsets_at, offsets_at + 8, offsets_at + 16] {
-        let offset = i64::from_le_bytes(v219[at..at + 8].try_into().expect("eight bytes")) - 1;
-        v219[at..at + 8].copy_from_slice(&offset.to_le_bytes());
-    }
-    for (version, bytes) in [(220, v220), (219, v219)] {
-        let file = VdbFile::from_bytes(bytes).expect("opens");
-        assert_eq!(file.version(), version);
-        assert_eq!(file.read_grid("density", None).expect("reads").leaves, expected.leaves, "{version}");
-    }
-}
-
 #[test]
 fn other_tree_shapes_are_refused_by_name() {
     let mut bytes = corpus_file("native_half.vdb");
@@ -182,6 +269,36 @@ fn other_tree_shapes_are_refused_by_name() {
     let file = VdbFile::from_bytes(bytes).expect("opens");
     let error = file.read_grid("density", None).expect_err("5_4_4").to_string();
     assert!(error.contains("tree shape 5_4_4"), "{error}");
+}
+
+#[test]
+fn nano_types_that_are_not_read_are_named() {
+    let mut bytes = corpus_file("raw.nvdb");
+    // Behind the segment with the name "density" and its zero byte; the type is 636 bytes into the grid.
+    let at = 16 + 176 + 8 + 636;
+    assert_eq!(bytes[at], 1);
+    for (kind, expected) in [(9, "NanoVDB Half"), (20, "NanoVDB OnIndex"), (200, "type 200")] {
+        bytes[at] = kind;
+        let file = VdbFile::from_bytes(bytes.clone()).expect("opens");
+        assert_eq!(file.grids()[0].value_type.to_string(), expected);
+        let error = file.read_grid("density", None).expect_err(expected).to_string();
+        assert!(error.contains("density") && error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn nano_files_that_are_not_read_say_why() {
+    let refused = |at: usize, new: &[u8]| {
+        let mut bytes = corpus_file("type_float_zip.nvdb");
+        bytes[at..at + new.len()].copy_from_slice(new);
+        VdbFile::from_bytes(bytes).expect_err("refused").to_string()
+    };
+    assert!(
+        refused(8, &(33_u32 << 21).to_le_bytes()).contains("its version is 33.0.0, versions 32.x are read")
+    );
+    assert!(refused(14, &[3]).contains("codec 3"));
+    assert!(refused(0, b"2BDVonaN").contains("big-endian"));
+    assert!(refused(0, b"NanoVDB9").contains("magic number"));
 }
 
 /// Nothing tells how long a tree of unknown type is, so a stream file ends there.

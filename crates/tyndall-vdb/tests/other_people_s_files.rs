@@ -94,3 +94,38 @@ fn our_own_scene_and_stress_files_open() {
         }
     }
 }
+
+/// NanoVDB files that come with NVIDIA Warp. Counts and sizes: what the files' own lists say, which is not what the
+/// reader goes by.
+#[test]
+fn nano_files_of_warp_agree_with_their_lists() {
+    let cases = [
+        ("rocks", "surface", GridClass::LevelSet, 308_828, 1493),
+        ("torus", "surface", GridClass::LevelSet, 3_001, 24),
+        ("test_grid", "", GridClass::Unknown, 9_261, 64),
+        ("test_int32_grid", "", GridClass::Unknown, 9_261, 64),
+    ];
+    for (file, name, class, active, n_leaves) in cases {
+        let Some(path) = shared(&format!("data/warp_nvdb/{file}.nvdb")) else { continue };
+        let grid = VdbFile::open(&path).and_then(|opened| opened.read_grid(name, None)).expect(file);
+        assert_eq!(
+            (grid.class, grid.active_voxel_count(), grid.leaves.len()),
+            (class, active, n_leaves),
+            "{file}"
+        );
+    }
+    let Some(path) = shared("data/warp_nvdb/test_vec_grid.nvdb") else { return };
+    let vectors =
+        VdbFile::open(&path).and_then(|file| file.read_grid_as::<[f32; 3]>("", None)).expect("vectors");
+    assert_eq!((vectors.active_voxel_count(), vectors.leaves.len()), (9_261, 64));
+}
+
+#[test]
+fn nano_index_grids_are_named_as_such() {
+    let Some(path) = shared("data/warp_nvdb/test_index_grid.nvdb") else { return };
+    let file = VdbFile::open(&path).expect("index grids");
+    let names: Vec<_> = file.grids().iter().map(|grid| grid.name.as_str()).collect();
+    assert_eq!(names, ["grid-0", "grid-1"]);
+    let error = file.read_grid("grid-1", None).expect_err("no values").to_string();
+    assert!(error.contains("NanoVDB OnIndex"), "{error}");
+}

@@ -8,7 +8,8 @@ use common::corpus_file;
 use glam::{DAffine3, DMat3, DVec3};
 use proptest::prelude::*;
 use tyndall_vdb::{
-    Grid, GridBuilder, GridClass, Leaf, MetaValue, Tile, VdbError, VdbFile, WriteCompression, write_fog,
+    FogGrid, Grid, GridBuilder, GridClass, Leaf, MetaValue, Tile, Value, ValueType, VdbError, VdbFile,
+    WriteCompression, write_fog, write_grids,
 };
 
 const BOTH: [WriteCompression; 2] = [WriteCompression::None, WriteCompression::Zip];
@@ -18,7 +19,7 @@ fn read_back(path: &Path, name: &str) -> Grid {
 }
 
 /// Leaves and tiles in a fixed order: the writer sorts them.
-fn sorted(mut grid: Grid) -> (Vec<Leaf>, Vec<Tile>) {
+fn sorted<T: Value>(mut grid: Grid<T>) -> (Vec<Leaf<T>>, Vec<Tile<T>>) {
     grid.leaves.sort_by_key(|leaf| leaf.origin);
     grid.tiles.sort_by_key(|tile| tile.origin);
     (grid.leaves, grid.tiles)
@@ -48,6 +49,36 @@ fn trees_of_all_kinds_survive() {
     }
     let left_over: Vec<_> = std::fs::read_dir(folder.path()).expect("a folder").collect();
     assert_eq!(left_over.len(), 1, "temporary files remain: {left_over:?}");
+}
+
+#[test]
+fn floats_and_vectors_share_a_file() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("mixed.vdb");
+    let open = |file: &str| VdbFile::from_bytes(corpus_file(file)).expect(file);
+    let density = open("native_tiles.vdb").read_grid("tiles", None).expect("tiles");
+    let colour = open("type_vec3s.vdb").read_grid_as::<[f32; 3]>("vec3s", None).expect("vectors");
+    let velocity = open("native_vectors.vdb").read_grid_as::<[f32; 3]>("v", None).expect("velocity");
+    assert_eq!(velocity.class, GridClass::Staggered);
+    for compression in BOTH {
+        let grids: [FogGrid<'_>; 3] = [(&density).into(), (&colour).into(), (&velocity).into()];
+        write_grids(&path, &grids, compression).expect("writes");
+        let file = VdbFile::open(&path).expect("opens");
+        let listed: Vec<_> = file.grids().iter().map(|grid| (&grid.value_type, grid.class)).collect();
+        assert_eq!(
+            listed,
+            [
+                (&ValueType::Float, GridClass::FogVolume),
+                (&ValueType::Vec3s, GridClass::FogVolume),
+                (&ValueType::Vec3s, GridClass::Staggered),
+            ]
+        );
+        let vectors = |name| file.read_grid_as::<[f32; 3]>(name, None).expect(name);
+        assert_eq!(vectors("vec3s").background, colour.background);
+        assert_eq!(sorted(vectors("vec3s")), sorted(colour.clone()), "{compression:?}");
+        assert_eq!(sorted(vectors("v")), sorted(velocity.clone()), "{compression:?}");
+        assert_eq!(sorted(read_back(&path, "tiles")), sorted(density.clone()), "{compression:?}");
+    }
 }
 
 #[test]
@@ -150,11 +181,14 @@ fn files_for_the_referee() {
     let build =
         |name: &str, map| GridBuilder::from_dense(name, dims, origin, &values, map).build().expect("valid");
     let rotated = DAffine3::from_rotation_z(0.5) * map;
+    let vectors: Vec<[f32; 3]> = values.iter().map(|&v| [v, -2.0 * v, 0.0]).collect();
+    let velocity = GridBuilder::from_dense("v", dims, origin, &vectors, map).build().expect("valid");
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("written");
     std::fs::create_dir_all(&folder).expect("a folder");
     for (compression, name) in BOTH.into_iter().zip(["none", "zip"]) {
         let grids = [build("density", map), build("density", rotated), build("heat", map)];
-        write_fog(&folder.join(format!("dense_{name}.vdb")), &grids, compression).expect("writes");
+        let grids: Vec<FogGrid<'_>> = grids.iter().map(FogGrid::from).chain([(&velocity).into()]).collect();
+        write_grids(&folder.join(format!("dense_{name}.vdb")), &grids, compression).expect("writes");
         for (file, grid) in
             [("native_tiles.vdb", "tiles"), ("native_codes.vdb", "codes"), ("native_far.vdb", "far")]
         {

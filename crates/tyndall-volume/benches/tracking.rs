@@ -10,7 +10,7 @@ use tyndall_math::random::{Pcg, hash_key};
 use tyndall_math::{Ray, Rgb, sampling};
 use tyndall_volume::grid::DenseGrid;
 use tyndall_volume::{
-    BrickGrid, GridDensity, Medium, Phase, Span, WalkStats, sample_collision, transmittance,
+    BrickGrid, Emission, GridDensity, Medium, Phase, Span, WalkStats, sample_collision, transmittance,
 };
 
 fn main() {
@@ -55,7 +55,13 @@ fn media(tau: f32) -> [Medium; 1] {
     );
     let density = Some(GridDensity { grid: CLOUD.clone(), index_from_world });
     let sigma_s = Rgb::splat(tau * 2.0);
-    [Medium { sigma_a: Rgb::ZERO, sigma_s, emission: Rgb::ZERO, phase: Phase::Isotropic, density }]
+    [Medium {
+        sigma_a: Rgb::ZERO,
+        sigma_s,
+        emission: Emission::NONE,
+        phase: Phase::henyey_greenstein(0.0).into(),
+        density,
+    }]
 }
 
 /// Rays from a sphere of radius 2 to points inside the cloud.

@@ -26,7 +26,7 @@ mod transmittance;
 mod walk;
 
 pub use grid::{BrickGrid, GridReport, SparseVoxels};
-pub use medium::{Coefficients, GridDensity, Medium, Span};
+pub use medium::{Coefficients, Emission, GridDensity, Medium, Span};
 pub use phase::{Phase, PhaseMix, PhaseSample};
 pub use point::{collision_density, scattering_at};
 pub use transmittance::transmittance;

@@ -1,9 +1,9 @@
-//! What a medium is: coefficients, phase function, optional density.
+//! What a medium is: coefficients, phase function, emission, optional density.
 
-use crate::{BrickGrid, Phase};
+use crate::{BrickGrid, PhaseMix};
 use glam::{Affine3A, BVec3A, Vec3A};
 use std::sync::Arc;
-use tyndall_math::{Ray, Rgb};
+use tyndall_math::{Ray, Rgb, blackbody_radiance};
 
 /// Coefficients above this (per stage unit) are cut: sums and products stay finite.
 const MAX_COEFFICIENT: f32 = 1e20;
@@ -17,7 +17,8 @@ pub struct GridDensity {
     pub index_from_world: Affine3A,
 }
 
-/// A participating medium. Media that overlap add.
+/// A participating medium. Media that overlap add: smoke whose fire comes from another grid is two media in one place,
+/// one that only scatters and absorbs and one that only emits. Each grid then bounds and steps by its own voxels.
 ///
 /// Negative, NaN and denormal coefficients read as zero.
 #[derive(Debug, Clone)]
@@ -26,12 +27,61 @@ pub struct Medium {
     pub sigma_a: Rgb,
     /// Scattering coefficient at density 1, per stage unit.
     pub sigma_s: Rgb,
-    /// Emitted radiance per stage unit at density 1.
-    pub emission: Rgb,
+    /// What shines by itself.
+    pub emission: Emission,
     /// Where scattered light goes.
-    pub phase: Phase,
-    /// Multiplies all three coefficients; `None` is density 1 everywhere.
+    pub phase: PhaseMix,
+    /// Multiplies both coefficients and feeds emission; `None` is density 1 everywhere.
     pub density: Option<GridDensity>,
+}
+
+/// Light that a medium emits into all directions.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Emission {
+    /// Radiance per stage unit at density 1, times the density.
+    Glow(Rgb),
+    /// The density is a temperature.
+    Blackbody {
+        /// Kelvin at density 1, times the density.
+        kelvin: f32,
+        /// Radiance per stage unit over that of [`blackbody_radiance`].
+        intensity: Rgb,
+    },
+}
+
+impl Emission {
+    /// None.
+    pub const NONE: Self = Self::Glow(Rgb::ZERO);
+
+    /// Emitted radiance per stage unit where the density is `density`.
+    #[inline]
+    pub fn at(&self, density: f32) -> Rgb {
+        match *self {
+            Self::Glow(color) => color * density,
+            Self::Blackbody { kelvin, intensity } => usable(intensity * blackbody_radiance(kelvin * density)),
+        }
+    }
+
+    /// There is no light at any density.
+    #[inline]
+    pub fn is_dark(&self) -> bool {
+        match *self {
+            Self::Glow(color) => color == Rgb::ZERO,
+            Self::Blackbody { kelvin, intensity } => kelvin == 0.0 || intensity == Rgb::ZERO,
+        }
+    }
+
+    /// Made fit for arithmetic, times `factor`.
+    #[inline]
+    pub(crate) fn scaled(self, factor: f32) -> Self {
+        match self {
+            Self::Glow(color) => Self::Glow(usable(color) * factor),
+            Self::Blackbody { kelvin, intensity } => {
+                let kelvin = if kelvin > 0.0 { kelvin } else { 0.0 };
+                Self::Blackbody { kelvin, intensity: usable(intensity) * factor }
+            }
+        }
+    }
 }
 
 impl Medium {
@@ -39,7 +89,13 @@ impl Medium {
     #[inline]
     pub fn coefficients(&self) -> Coefficients {
         let sigma_s = usable(self.sigma_s);
-        Coefficients { sigma_t: usable(self.sigma_a) + sigma_s, sigma_s, emission: usable(self.emission) }
+        Coefficients { sigma_t: usable(self.sigma_a) + sigma_s, sigma_s }
+    }
+
+    /// It may emit light.
+    #[inline]
+    pub fn emits(&self) -> bool {
+        !self.emission.scaled(1.0).is_dark()
     }
 }
 
@@ -80,19 +136,13 @@ pub struct Coefficients {
     pub sigma_t: Rgb,
     /// Scattering, per stage unit.
     pub sigma_s: Rgb,
-    /// Emitted radiance per stage unit.
-    pub emission: Rgb,
 }
 
 impl Coefficients {
     /// All coefficients times `factor`.
     #[inline]
     pub(crate) fn scaled(self, factor: f32) -> Self {
-        Self {
-            sigma_t: self.sigma_t * factor,
-            sigma_s: self.sigma_s * factor,
-            emission: self.emission * factor,
-        }
+        Self { sigma_t: self.sigma_t * factor, sigma_s: self.sigma_s * factor }
     }
 
     /// Adds `density` times `other`.
@@ -100,13 +150,12 @@ impl Coefficients {
     pub(crate) fn add_scaled(&mut self, other: &Coefficients, density: f32) {
         self.sigma_t += other.sigma_t * density;
         self.sigma_s += other.sigma_s * density;
-        self.emission += other.emission * density;
     }
 
-    /// Nothing to see here.
+    /// Nothing is in the way.
     #[inline]
     pub fn is_zero(&self) -> bool {
-        self.sigma_t == Rgb::ZERO && self.emission == Rgb::ZERO
+        self.sigma_t == Rgb::ZERO
     }
 
     /// Extinction is the same in all channels.

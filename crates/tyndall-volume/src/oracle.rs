@@ -23,10 +23,11 @@ pub fn sums_at(media: &[Medium], spans: &[Span], ray: &Ray, t: f32) -> PointSums
         let density = medium.density.as_ref().map_or(1.0, |density| {
             f64::from(density.grid.density(density.index_from_world.transform_point3a(ray.at(t))))
         });
+        let emission = medium.emission.scaled(span.share).at(density as f32);
         for i in 0..3 {
             sums.sigma_t[i] += f64::from(c.sigma_t[i]) * density;
             sums.sigma_s[i] += f64::from(c.sigma_s[i]) * density;
-            sums.emission[i] += f64::from(c.emission[i]) * density;
+            sums.emission[i] += f64::from(emission[i]);
         }
     }
     sums

@@ -1,16 +1,27 @@
-//! The closed set of phase functions, and their mixture where media overlap.
+//! The closed set of phase functions, and their mixtures: of one medium, or where media overlap.
 //!
 //! A phase function is a density over directions (per steradian) of where light travels after a scattering event.
 //! Angles are measured between the directions of *travel* before and after, so `cos_theta = 1` is straight on and a
 //! positive mean cosine `g` is forward scattering. Values equal the sampling density: the weight of a sample is 1.
+//!
+//! Inside, angles are c = 1 - cos(theta): exact in forward peaks, where a cosine has no digits left.
 
-pub mod henyey_greenstein;
+mod draine;
+mod droplets;
+mod henyey_greenstein;
 mod isotropic;
 mod mix;
+mod rayleigh;
 
+pub use draine::Draine;
+pub use droplets::{DropletFit, MAX_DROPLET_DIAMETER};
+pub use henyey_greenstein::{G_MAX, HenyeyGreenstein};
+pub use isotropic::Isotropic;
 pub use mix::{MAX_LOBES, PhaseMix};
+pub use rayleigh::Rayleigh;
 
 use glam::{Vec2, Vec3A};
+use std::f32::consts::TAU;
 use tyndall_math::Frame;
 
 /// A direction drawn from a phase function.
@@ -48,21 +59,98 @@ pub struct PhaseKind {
     pub params: &'static [PhaseParam],
 }
 
-/// A phase function.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Phase {
-    /// The same in all directions.
-    Isotropic,
-    /// Henyey–Greenstein with mean cosine `g`, clamped to ±0.99999; NaN reads as 0.
-    HenyeyGreenstein {
-        /// Mean cosine between the directions before and after.
-        g: f32,
-    },
+/// An angle drawn from a phase function.
+#[derive(Debug, Clone, Copy)]
+struct AngleSample {
+    /// 1 - cos of the angle between the directions of travel; 1 + cos if `is_backward`.
+    c: f32,
+    /// The angle is measured from the way back: lobes there are as exact as forward ones.
+    is_backward: bool,
+    /// Density of the direction, per steradian.
+    value: f32,
 }
 
+/// What a phase function answers.
+trait PhaseFunction: Copy + PartialEq {
+    /// Name and parameters.
+    const KIND: PhaseKind;
+
+    /// Density per steradian at 1 - cos(theta).
+    fn eval(&self, one_minus_cos: f32) -> f32;
+
+    /// Density per steradian for two unit directions of travel.
+    #[inline]
+    fn eval_between(&self, before: Vec3A, after: Vec3A) -> f32 {
+        // |a - b|^2 / 2 = 1 - cos without cancellation.
+        self.eval(0.5 * (before - after).length_squared())
+    }
+
+    /// Draws an angle; `u` in [0, 1).
+    fn sample(&self, u: f32) -> AngleSample;
+
+    /// Mean cosine between the directions before and after.
+    fn mean_cosine(&self) -> f32;
+}
+
+macro_rules! closed_set {
+    ($($(#[$doc:meta])* $kind:ident),+ $(,)?) => {
+        /// A phase function.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Phase { $($(#[$doc])* $kind($kind)),+ }
+
+        impl Phase {
+            /// Every kind.
+            pub const KINDS: &'static [PhaseKind] = &[$($kind::KIND),+];
+
+            #[inline]
+            fn eval_one_minus_cos(&self, one_minus_cos: f32) -> f32 {
+                match self { $(Self::$kind(it) => it.eval(one_minus_cos)),+ }
+            }
+
+            /// Density per steradian for two unit directions of travel.
+            ///
+            /// More exact than [`Phase::eval`] for very forward or backward lobes, which are narrower than the rounding
+            /// of a cosine near ±1.
+            #[inline]
+            pub fn eval_between(&self, before: Vec3A, after: Vec3A) -> f32 {
+                match self { $(Self::$kind(it) => it.eval_between(before, after)),+ }
+            }
+
+            #[inline]
+            fn sample_angle(&self, u: f32) -> AngleSample {
+                match self { $(Self::$kind(it) => it.sample(u)),+ }
+            }
+
+            /// Mean cosine between the directions before and after.
+            #[inline]
+            pub fn mean_cosine(&self) -> f32 {
+                match self { $(Self::$kind(it) => it.mean_cosine()),+ }
+            }
+        }
+        $(impl From<$kind> for Phase {
+            #[inline]
+            fn from(it: $kind) -> Self { Self::$kind(it) }
+        })+
+    };
+}
+
+closed_set!(
+    /// The same in all directions.
+    Isotropic,
+    /// One lobe, forward or backward.
+    HenyeyGreenstein,
+    /// Particles much smaller than the wavelength.
+    Rayleigh,
+    /// A lobe with a second one opposite to it.
+    Draine,
+);
+
 impl Phase {
-    /// Every kind.
-    pub const KINDS: &'static [PhaseKind] = &[isotropic::KIND, henyey_greenstein::KIND];
+    /// [`HenyeyGreenstein`] with mean cosine `g`.
+    #[inline]
+    pub const fn henyey_greenstein(g: f32) -> Self {
+        Self::HenyeyGreenstein(HenyeyGreenstein { g })
+    }
 
     /// Density per steradian at the cosine between the directions of travel before and after.
     #[inline]
@@ -70,43 +158,15 @@ impl Phase {
         self.eval_one_minus_cos(1.0 - cos_theta)
     }
 
-    /// Density per steradian for two unit directions of travel.
-    ///
-    /// More exact than [`Phase::eval`] for very forward or backward lobes, which are narrower than the rounding of a
-    /// cosine near ±1.
-    #[inline]
-    pub fn eval_between(&self, before: Vec3A, after: Vec3A) -> f32 {
-        match *self {
-            Phase::Isotropic => isotropic::eval(),
-            Phase::HenyeyGreenstein { g } => henyey_greenstein::eval_between(g, before, after),
-        }
-    }
-
     /// Draws a direction; `travel` is the unit direction of travel before, `u` in [0, 1)^2.
     #[inline]
     pub fn sample(&self, travel: Vec3A, u: Vec2) -> PhaseSample {
-        let (local, value) = match *self {
-            Phase::Isotropic => (tyndall_math::sampling::uniform_sphere(u), isotropic::eval()),
-            Phase::HenyeyGreenstein { g } => henyey_greenstein::sample(g, u),
-        };
+        let AngleSample { c, is_backward, value } = self.sample_angle(u.x);
+        let sin_theta = (c * (2.0 - c)).max(0.0).sqrt();
+        let (sin_phi, cos_phi) = (TAU * u.y).sin_cos();
+        let cos_theta = if is_backward { c - 1.0 } else { 1.0 - c };
+        let local = Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
         PhaseSample { direction: Frame::from_normal(travel).world_from_local(local), value, pdf: value }
-    }
-
-    /// Mean cosine between the directions before and after.
-    #[inline]
-    pub fn mean_cosine(&self) -> f32 {
-        match *self {
-            Phase::Isotropic => 0.0,
-            Phase::HenyeyGreenstein { g } => henyey_greenstein::clamped(g),
-        }
-    }
-
-    #[inline]
-    fn eval_one_minus_cos(&self, one_minus_cos: f32) -> f32 {
-        match *self {
-            Phase::Isotropic => isotropic::eval(),
-            Phase::HenyeyGreenstein { g } => henyey_greenstein::eval(g, one_minus_cos),
-        }
     }
 }
 

@@ -79,14 +79,15 @@ pub fn collision_density(media: &[Medium], spans: &[Span], ray: &Ray, t: f32, [t
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Phase;
+    use crate::phase::Isotropic;
+    use crate::{Emission, Phase};
 
     fn medium(sigma_s: f32) -> Medium {
         Medium {
             sigma_a: Rgb::ZERO,
             sigma_s: Rgb::splat(sigma_s),
-            emission: Rgb::ZERO,
-            phase: Phase::Isotropic,
+            emission: Emission::Glow(Rgb::ZERO),
+            phase: PhaseMix::single(Phase::Isotropic(Isotropic)),
             density: None,
         }
     }

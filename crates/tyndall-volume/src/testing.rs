@@ -1,7 +1,8 @@
 //! What the tests of several modules share.
 
 use crate::grid::DenseGrid;
-use crate::{BrickGrid, GridDensity, Medium, Phase};
+use crate::phase::Isotropic;
+use crate::{BrickGrid, Emission, GridDensity, Medium, Phase, PhaseMix};
 use glam::{Affine3A, IVec3, Mat3, Vec3, Vec3A};
 use std::sync::Arc;
 use tyndall_math::random::hash_key;
@@ -62,7 +63,13 @@ impl RgbMean {
 }
 
 pub(crate) fn homogeneous(sigma_a: Rgb, sigma_s: Rgb) -> Medium {
-    Medium { sigma_a, sigma_s, emission: Rgb::ZERO, phase: Phase::Isotropic, density: None }
+    Medium {
+        sigma_a,
+        sigma_s,
+        emission: Emission::NONE,
+        phase: PhaseMix::single(Phase::Isotropic(Isotropic)),
+        density: None,
+    }
 }
 
 pub(crate) fn with_grid(medium: Medium, grid: BrickGrid, index_from_world: Affine3A) -> Medium {

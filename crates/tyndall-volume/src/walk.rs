@@ -12,6 +12,7 @@
 
 mod channels;
 mod closed_form;
+mod emission;
 mod homogeneous;
 mod segment;
 mod single_grid;
@@ -24,6 +25,7 @@ pub(crate) use channels::survives_length;
 
 use crate::medium::{Coefficients, Medium, Span};
 use crate::phase::PhaseMix;
+use glam::Vec3A;
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
 
@@ -62,8 +64,15 @@ pub struct Walk {
 
 impl Walk {
     /// Reaches the end with `weight`.
+    #[inline]
     pub(crate) fn pass(weight: Rgb) -> Self {
         Self { event: Event::Pass, weight, emission: Rgb::ZERO, majorant_violations: 0 }
+    }
+
+    /// Scatters with `weight`.
+    #[inline]
+    fn scatter(event: Event, weight: Rgb) -> Self {
+        Self { event, ..Self::pass(weight) }
     }
 }
 
@@ -100,6 +109,23 @@ pub fn sample_collision(
     stats: &mut WalkStats,
 ) -> Walk {
     let Some(channels) = channels::channel_weights(throughput) else { return Walk::pass(Rgb::ZERO) };
+    let walk = collide(media, spans, ray, channels, rng, stats);
+    match emission::last_emissive(media, spans, ray) {
+        None => walk,
+        Some(end) => Walk { emission: emission::gather(media, spans, &ray.up_to(end), rng, stats), ..walk },
+    }
+}
+
+/// The collision, or the end of the segment.
+#[inline]
+fn collide(
+    media: &[Medium],
+    spans: &[Span],
+    ray: &Ray,
+    channels: Vec3A,
+    rng: &mut Pcg,
+    stats: &mut WalkStats,
+) -> Walk {
     let mut present = spans.iter().filter_map(|span| Present::new(media, span, ray));
     let Some(first) = present.next() else { return Walk::pass(Rgb::ONE) };
     if present.next().is_none() && first.coefficients.is_achromatic() {
@@ -119,7 +145,7 @@ pub fn sample_collision(
     }
 }
 
-/// A span that contains something.
+/// A span in which something is in the way.
 struct Present<'a> {
     medium: &'a Medium,
     coefficients: Coefficients,

@@ -151,6 +151,11 @@ def binary(kind: str, neutral: float) -> Callable[[ShaderNode], NodeInput]:
     return convert
 
 
+def convert_blackbody(node: ShaderNode) -> NodeInput:
+    """``ND_blackbody``: the colour of a temperature, with luminance 1."""
+    return node.graph.add("blackbody", temperature=node.value_or("temperature", 6500.0))
+
+
 def convert_mix(node: ShaderNode) -> NodeInput:
     """``ND_mix_*`` of values."""
     return node.graph.add(

@@ -21,12 +21,23 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Medium:
-    """A volume distribution on its way to a volume terminal: coefficients per stage unit."""
+    """A volume distribution on its way to a volume terminal: coefficients per stage unit.
+
+    Parameters
+    ----------
+    scattering_inputs : mapping
+        Inputs of the graph's ``volume`` node that choose the phase function.
+    temperature : NodeInput or None
+        Kelvin, constant or times a field; emits as a black body of `blackbody_intensity`.
+    """
 
     absorption: NodeInput = (0.0, 0.0, 0.0)
     scattering: NodeInput = (0.0, 0.0, 0.0)
     anisotropy: NodeInput = 0.0
     emission: NodeInput | None = None
+    scattering_inputs: Mapping[str, NodeInput] = field(default_factory=dict)
+    temperature: NodeInput | None = None
+    blackbody_intensity: NodeInput | None = None
 
 
 Converted: TypeAlias = NodeInput | Medium
@@ -176,13 +187,14 @@ class ShaderNode:
         space = attribute.GetColorSpace() if attribute.HasColorSpace() else ""
         return self.network.assets.resolve(attribute, self.network.time, self.network.messages), str(space)
 
+    def authored(self) -> list[str]:
+        """Return the names of the inputs that have a value or a connection."""
+        names = (str(i.GetBaseName()) for i in self.shader.GetInputs(onlyAuthored=True))
+        return sorted(name for name in names if self.is_authored(name))
+
     def ignore_all_but(self, supported: Collection[str]) -> None:
         """Add one message that names the authored inputs that are not in `supported`."""
-        ignored = sorted(
-            name
-            for name in (str(i.GetBaseName()) for i in self.shader.GetInputs(onlyAuthored=True))
-            if name not in supported and self.is_authored(name)
-        )
+        ignored = [name for name in self.authored() if name not in supported]
         if ignored:
             self.warn(
                 f"{self.node_id} is approximated; ignored inputs: {', '.join(ignored)}", "check the look"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tyndall_usd.shading import materialx, medium, preview, uber
+from tyndall_usd.shading import foreign_medium, materialx, medium, preview, uber
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -40,6 +40,7 @@ CONVERTERS: Mapping[str, Callable[[ShaderNode], Converted | None]] = {
     "ND_add_": materialx.binary("add", 0.0),
     "ND_subtract_": materialx.binary("subtract", 0.0),
     "ND_mix_": materialx.convert_mix,
+    "ND_blackbody": materialx.convert_blackbody,
     "ND_clamp_": materialx.convert_clamp,
     "ND_extract_": materialx.convert_extract,
     "ND_normalmap": materialx.convert_normal_map,
@@ -50,12 +51,17 @@ CONVERTERS: Mapping[str, Callable[[ShaderNode], Converted | None]] = {
     "ND_volume": medium.convert_volume,
     "ND_anisotropic_vdf": medium.convert_anisotropic_vdf,
     "ND_absorption_vdf": medium.convert_absorption_vdf,
-    "kma_volume": medium.convert_karma_volume,
-    "arnold:standard_volume": medium.convert_arnold_volume,
-    "standard_volume": medium.convert_arnold_volume,
-    "PxrVolume": medium.convert_renderman_volume,
-    "cycles_principled_volume": medium.convert_cycles_volume,
-    "principled_volume": medium.convert_cycles_volume,
+    "ND_multiply_vdfF": medium.convert_multiply_vdf,
+    "ND_multiply_vdfC": medium.convert_multiply_vdf,
+    "ND_add_vdf": medium.convert_first_vdf,
+    "ND_mix_vdf": medium.convert_first_vdf,
+    "tyndall:volume": medium.convert_own_volume,
+    "kma_volume": foreign_medium.convert_karma_volume,
+    "arnold:standard_volume": foreign_medium.convert_arnold_volume,
+    "standard_volume": foreign_medium.convert_arnold_volume,
+    "PxrVolume": foreign_medium.convert_renderman_volume,
+    "cycles_principled_volume": foreign_medium.convert_cycles_volume,
+    "principled_volume": foreign_medium.convert_cycles_volume,
 }
 
 #: Render contexts whose terminals are read, best first.

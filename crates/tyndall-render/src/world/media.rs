@@ -1,18 +1,21 @@
 //! Participating media and the boundaries that hold them.
 
+mod parts;
+
 use super::context::BuildContext;
 use super::grids::{self, LoadedField};
 use super::materials::Materials;
 use super::placements::{camera_relative, is_invertible, relative_to};
 use super::surfaces::{ShapeOfSurface, SurfaceMesh};
 use glam::{DAffine3, DVec3, Vec3A};
+use parts::{Part, homogeneous, parts};
 use std::sync::Arc;
 use tyndall_geometry::{Boundaries, BoundaryShape};
 use tyndall_math::Rgb;
 use tyndall_scene::PrimPath;
 use tyndall_scene::prim;
-use tyndall_shading::VolumeMaterial;
-use tyndall_volume::{BrickGrid, GridDensity, Medium, Phase};
+use tyndall_shading::{PhaseModel, VolumeMaterial};
+use tyndall_volume::{BrickGrid, GridDensity, Medium};
 
 /// Single-scattering albedo of a volume without a material: smoke that is neither black nor white, in agreement with
 /// what a grey card reflects. A diagnostic says so.
@@ -45,7 +48,7 @@ impl Media {
     }
 
     pub(super) fn is_emissive(&self) -> bool {
-        self.list.iter().any(|m| m.emission != Rgb::ZERO)
+        self.list.iter().any(Medium::emits)
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
@@ -72,8 +75,7 @@ impl MediaBuilder {
         placements: &[DAffine3],
         context: &mut BuildContext,
     ) {
-        let is_filled = material.density_field.is_some() || material.emission_field.is_some();
-        if is_filled {
+        if material.reads_fields() {
             let action = "the field counts as 1 everywhere; bind the material to a Volume prim";
             context.diagnostics.warn(
                 path,
@@ -119,7 +121,7 @@ impl MediaBuilder {
         }
     }
 
-    /// Adds a volume prim: a medium filled by grids, or all of space if it has no fields.
+    /// Adds a volume prim: media filled by grids, or one in all of space if it has no fields.
     pub(super) fn add_volume(
         &mut self,
         path: &PrimPath,
@@ -133,85 +135,47 @@ impl MediaBuilder {
             self.shapes.push(BoundaryShape::Unbounded);
             return;
         }
-        let Some(wanted) = material.density_field.clone().or_else(|| material.emission_field.clone()) else {
-            let action = "its extent is that of its first field, with density 1 inside";
-            context.diagnostics.warn(path, "the volume's material reads none of its fields", action);
-            self.add_filled(path, volume, &volume.fields[0].1, &material, false, context);
-            return;
-        };
-        if material.emission_field.as_ref().is_some_and(|e| *e != wanted) {
-            let what = format!("emission from a second field ({:?})", material.emission_field);
-            context.diagnostics.warn(path, what, "emission follows the density field in this version");
-        }
-        let Some((_, field)) = volume.fields.iter().find(|(name, _)| *name == wanted) else {
-            let known: Vec<_> = volume.fields.iter().map(|(name, _)| name.as_str()).collect();
-            let what =
-                format!("the material reads the field {wanted:?}; the volume has {}", known.join(", "));
-            context.diagnostics.error(path, what, "the volume is not drawn; rename the field relationship");
-            return;
-        };
-        self.add_filled(path, volume, field, &material, true, context);
-    }
-
-    fn add_filled(
-        &mut self,
-        path: &PrimPath,
-        volume: &prim::Volume,
-        field: &PrimPath,
-        material: &VolumeMaterial,
-        is_density: bool,
-        context: &mut BuildContext,
-    ) {
-        let Some(loaded) = grids::load(path, field, context) else { return };
-        let Some([min, max]) = loaded.grid.bounds() else { return };
+        let parts = parts(&material);
+        let extent = volume_extent(&parts, volume);
+        let Some(wanted) = wanted_fields(path, volume, &parts, context) else { return };
         let instances = context.placements.of(
             path,
             DAffine3::IDENTITY,
             volume.instancer.as_ref(),
             &mut context.diagnostics,
         );
-        for world_from_instance in instances {
-            let world_from_index = world_from_instance * loaded.world_from_index;
-            if !is_invertible(&world_from_index) {
-                context.diagnostics.warn(
-                    field,
-                    "its transform is singular or not finite",
-                    "the volume is not drawn",
-                );
-                continue;
+        for (name, field) in wanted {
+            let Some(loaded) = grids::load(path, field, context) else { continue };
+            for world_from_instance in &instances {
+                let world_from_index = *world_from_instance * loaded.world_from_index;
+                if !is_invertible(&world_from_index) {
+                    let what = "its transform is singular or not finite";
+                    context.diagnostics.warn(field, what, "the volume is drawn without this field");
+                    continue;
+                }
+                let world_from_index = relative_to(world_from_index, DVec3::ZERO, context.origin);
+                for part in &parts {
+                    if part.field.as_ref().unwrap_or(&extent) == name {
+                        self.place(&loaded, world_from_index, part);
+                    }
+                }
             }
-            self.place(
-                &loaded,
-                relative_to(world_from_index, DVec3::ZERO, context.origin),
-                min,
-                max,
-                material,
-                is_density,
-            );
+            self.grids.push(loaded.grid);
         }
-        self.grids.push(loaded.grid);
     }
 
-    fn place(
-        &mut self,
-        loaded: &LoadedField,
-        world_from_index: DAffine3,
-        min: Vec3A,
-        max: Vec3A,
-        material: &VolumeMaterial,
-        is_density: bool,
-    ) {
+    /// Adds `part` inside the box of a grid, with the grid as its density if it has a field.
+    fn place(&mut self, loaded: &LoadedField, world_from_index: DAffine3, part: &Part) {
+        let Some([min, max]) = loaded.grid.bounds() else { return };
         let (center, half) = ((min + max).as_dvec3() * 0.5, (max - min).as_dvec3() * 0.5);
         let world_from_box =
             world_from_index * DAffine3::from_scale_rotation_translation(half, glam::DQuat::IDENTITY, center);
         self.grow(box_corners(min, max).map(|p| world_from_index.transform_point3(p.as_dvec3()).as_vec3a()));
-        let mut medium = homogeneous(material);
-        if is_density {
-            let grid = Arc::clone(&loaded.grid);
-            medium.density =
-                Some(GridDensity { grid, index_from_world: world_from_index.inverse().as_affine3a() });
-        }
-        self.list.push(medium);
+        let density = part.field.as_ref().map(|_| GridDensity {
+            grid: Arc::clone(&loaded.grid),
+            index_from_world: world_from_index.inverse().as_affine3a(),
+        });
+        self.list.push(Medium { density, ..part.medium.clone() });
         self.shapes.push(BoundaryShape::Box { world_from_box });
     }
 
@@ -228,13 +192,64 @@ impl MediaBuilder {
     }
 }
 
-fn homogeneous(material: &VolumeMaterial) -> Medium {
-    Medium {
-        sigma_a: material.sigma_a,
-        sigma_s: material.sigma_s,
-        emission: material.emission,
-        phase: Phase::HenyeyGreenstein { g: material.g },
-        density: None,
+/// Names and prims of the fields that the parts need, each once; `None`, with a message, if the density is missing.
+fn wanted_fields<'a>(
+    path: &PrimPath,
+    volume: &'a prim::Volume,
+    parts: &[Part],
+    context: &mut BuildContext,
+) -> Option<Vec<&'a (String, PrimPath)>> {
+    let extent = volume_extent(parts, volume);
+    let mut wanted: Vec<&(String, PrimPath)> = Vec::new();
+    for part in parts {
+        if part.field.is_none() {
+            report_constant(path, part, &extent, context);
+        }
+        let name = part.field.as_ref().unwrap_or(&extent);
+        match volume.fields.iter().find(|(known, _)| known == name) {
+            Some(field) if wanted.iter().any(|(known, _)| *known == field.0) => {}
+            Some(field) => wanted.push(field),
+            None => {
+                report_missing(path, volume, name, part, context);
+                if part.has_extinction() {
+                    return None;
+                }
+            }
+        }
+    }
+    Some(wanted)
+}
+
+/// The field whose box holds what has no field: the first that the material reads, or the volume's first.
+fn volume_extent(parts: &[Part], volume: &prim::Volume) -> String {
+    let read = parts.iter().filter_map(|part| part.field.as_ref());
+    let present = |name: &&String| volume.fields.iter().any(|(known, _)| known == *name);
+    read.into_iter().find(present).unwrap_or(&volume.fields[0].0).clone()
+}
+
+fn report_constant(path: &PrimPath, part: &Part, extent: &str, context: &mut BuildContext) {
+    let what = if part.has_extinction() {
+        "the coefficients of the volume's material read none of its fields"
+    } else {
+        "the emission of the volume's material is constant"
+    };
+    let action = format!("it fills the bounding box of the field {extent:?}; multiply it by a field");
+    context.diagnostics.warn(path, what, action);
+}
+
+fn report_missing(
+    path: &PrimPath,
+    volume: &prim::Volume,
+    name: &str,
+    part: &Part,
+    context: &mut BuildContext,
+) {
+    let known: Vec<_> = volume.fields.iter().map(|(name, _)| name.as_str()).collect();
+    let what = format!("the material reads the field {name:?}; the volume has {}", known.join(", "));
+    if part.has_extinction() {
+        context.diagnostics.error(path, what, "the volume is not drawn; rename the field relationship");
+    } else {
+        context.diagnostics.warn(path, what, "that emission is left out; rename the field relationship");
     }
 }
 
@@ -263,10 +278,9 @@ fn volume_material(
     Some(VolumeMaterial {
         sigma_a: Rgb::splat(1.0 - UNBOUND_ALBEDO),
         sigma_s: Rgb::splat(UNBOUND_ALBEDO),
-        emission: Rgb::ZERO,
-        g: 0.0,
         density_field: Some(name.clone()),
-        emission_field: None,
+        phase: PhaseModel::lobe(0.0),
+        emission: Vec::new(),
     })
 }
 

@@ -1,6 +1,7 @@
 //! Patterns: nodes that give numbers and colours.
 
 mod arithmetic;
+mod blackbody;
 mod image;
 mod normal_map;
 mod primvar;
@@ -11,6 +12,7 @@ use super::{Operand, ShadingContext, Value};
 use crate::KindSpec;
 use crate::kind::{ANY, ParamSpec};
 use arithmetic::{Add, Channel, Clamp, Mix, Multiply, Subtract};
+use blackbody::Blackbody;
 use image::Image;
 use normal_map::NormalMap;
 use primvar::Primvar;
@@ -69,7 +71,7 @@ macro_rules! closed_set {
     };
 }
 
-closed_set!(Image, Channel, Primvar, Transform2d, Multiply, Add, Subtract, Mix, Clamp, NormalMap);
+closed_set!(Image, Channel, Primvar, Transform2d, Multiply, Add, Subtract, Mix, Clamp, NormalMap, Blackbody);
 
 /// Known in volumes only, where it is no operation but a name.
 const FIELD: KindSpec = KindSpec {

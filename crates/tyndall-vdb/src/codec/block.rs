@@ -8,7 +8,7 @@ use super::{Chunk, Packing, Scratch};
 use crate::VdbError;
 use crate::cursor::Cursor;
 use crate::header::VERSION_NODE_MASKS;
-use crate::mask::Mask;
+use crate::mask::{Mask, fill_off, spread};
 use crate::value::{Value, ValueLayout};
 
 /// Code bytes (OpenVDB's names in quotes).
@@ -60,7 +60,7 @@ impl<'a> Block<'a> {
     pub(crate) fn locate(
         cursor: &mut Cursor<'a>,
         format: &BlockFormat,
-        active: Mask<'a>,
+        active: Mask<'_>,
         n_values: usize,
     ) -> Result<Self, VdbError> {
         let at = cursor.offset();
@@ -98,36 +98,28 @@ impl<'a> Block<'a> {
         scratch: &mut Scratch,
     ) -> Result<(), VdbError> {
         let bytes = self.chunk.unpack(scratch)?;
-        let parse = if is_half { T::from_half } else { T::from_full };
-        let value_bytes = (bytes.len() / self.n_stored.max(1)).max(1);
-        let stored = bytes.chunks_exact(value_bytes).map(parse);
-        if self.n_stored == out.len() {
-            out.iter_mut().zip(stored).for_each(|(slot, value)| *slot = value);
-            return Ok(());
-        }
-        self.fill_inactive(background, out);
-        for (index, value) in active.on_indices().zip(stored) {
-            if let Some(slot) = out.get_mut(index) {
-                *slot = value;
-            }
+        let read = if is_half { T::read_half } else { T::read_full };
+        let n_stored = self.n_stored.min(out.len());
+        read(bytes, &mut out[..n_stored]);
+        // Values are left out only where there is one per bit of the mask.
+        if n_stored < out.len() {
+            spread(active, out);
+            self.fill_inactive(active, background, out);
         }
         Ok(())
     }
 
-    fn fill_inactive<T: Value>(&self, background: T, out: &mut [T]) {
+    fn fill_inactive<T: Value>(&self, active: Mask<'_>, background: T, out: &mut [T]) {
         let unselected = match (self.code, self.inactive[0]) {
             (code::BACKGROUND, _) => background,
             (_, Some(bytes)) => T::from_full(bytes),
             (_, None) => background.negated(),
         };
-        out.fill(unselected);
+        fill_off(active, out, unselected);
         if let Some(selection) = self.selection {
             let selected = self.inactive[1].map_or(background, T::from_full);
-            for index in selection.on_indices() {
-                if let Some(slot) = out.get_mut(index) {
-                    *slot = selected;
-                }
-            }
+            let is_inactive = |index: &usize| !active.is_on(*index);
+            selection.on_indices().filter(is_inactive).for_each(|index| out[index] = selected);
         }
     }
 }
@@ -135,12 +127,13 @@ impl<'a> Block<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::value::LeafLayout;
 
     const FORMAT: BlockFormat = BlockFormat {
         version: 224,
         packing: Packing::Raw,
         mask_compressed: true,
-        values: ValueLayout { full_bytes: 4, stored_bytes: 4, is_half: false },
+        values: ValueLayout { full_bytes: 4, stored_bytes: 4, is_half: false, leaf: LeafLayout::Block },
     };
 
     /// Decodes a 64-value node in which voxel 0 is active with value 9 and the selection holds voxel 1.

@@ -24,7 +24,7 @@ struct Header {
 }
 
 /// Unpacks `packed` into exactly `out`; `shuffled` is scratch space.
-pub(super) fn unpack(packed: &[u8], out: &mut [u8], shuffled: &mut Vec<u8>) -> Result<(), &'static str> {
+pub(crate) fn unpack(packed: &[u8], out: &mut [u8], shuffled: &mut Vec<u8>) -> Result<(), &'static str> {
     let header = read_header(packed)?;
     if header.n_bytes != out.len() {
         return Err("Blosc values unpack to another size");
@@ -34,16 +34,48 @@ pub(super) fn unpack(packed: &[u8], out: &mut [u8], shuffled: &mut Vec<u8>) -> R
         out.copy_from_slice(bytes);
         return Ok(());
     }
+    unpack_blocks(packed, &header, out, shuffled)
+}
+
+fn unpack_blocks(
+    packed: &[u8],
+    header: &Header,
+    out: &mut [u8],
+    shuffled: &mut Vec<u8>,
+) -> Result<(), &'static str> {
     if header.flags >> 5 != CODEC_LZ4 || header.flags & FLAG_BIT_SHUFFLE != 0 {
-        return Err("Blosc values use a codec other than LZ4 with byte shuffle");
+        return Err("Blosc values use a codec other than LZ4 with byte shuffle, such as BloscLZ");
     }
     if header.block_size == 0 || header.type_size == 0 {
         return Err("Blosc header has a zero size");
     }
     for (block_idx, block) in out.chunks_mut(header.block_size).enumerate() {
         let start = read_u32(packed, HEADER_BYTES + 4 * block_idx)?;
-        unpack_block(packed, start, block, &header, shuffled)?;
+        unpack_block(packed, start, block, header, shuffled)?;
     }
+    Ok(())
+}
+
+/// Unpacks the first bytes, from the first block alone. `packed` may be cut off behind that block.
+pub(crate) fn unpack_front(packed: &[u8], out: &mut [u8]) -> Result<(), &'static str> {
+    const CUT_OFF: &str = "Blosc values are cut off";
+    /// No LZ4 block expands further.
+    const MOST_EXPANSION: usize = 255;
+    let header = read_header(packed)?;
+    if header.flags & FLAG_COPIED != 0 {
+        let bytes = packed.get(HEADER_BYTES..HEADER_BYTES + out.len()).ok_or(CUT_OFF)?;
+        out.copy_from_slice(bytes);
+        return Ok(());
+    }
+    let block_bytes = header.block_size.min(header.n_bytes);
+    if block_bytes > packed.len().saturating_mul(MOST_EXPANSION) {
+        return Err(CUT_OFF);
+    }
+    // A container of one block.
+    let mut block = vec![0; block_bytes];
+    let header = Header { n_bytes: block_bytes, ..header };
+    unpack_blocks(packed, &header, &mut block, &mut Vec::new())?;
+    out.copy_from_slice(block.get(..out.len()).ok_or(CUT_OFF)?);
     Ok(())
 }
 
@@ -113,6 +145,11 @@ fn unpack_stream(bytes: &[u8], out: &mut [u8]) -> Result<(), &'static str> {
 /// Puts byte `k` of value `i` from position `k * n_values + i` to `i * type_size + k`; bytes that do not fill a
 /// value stay at the end.
 fn unshuffle(shuffled: &[u8], out: &mut [u8], type_size: usize) {
+    // OpenVDB and NanoVDB always say four, whatever the values are.
+    if type_size == 4 { unshuffle_fours(shuffled, out) } else { unshuffle_any(shuffled, out, type_size) }
+}
+
+fn unshuffle_any(shuffled: &[u8], out: &mut [u8], type_size: usize) {
     let n_values = out.len() / type_size;
     let whole = n_values * type_size;
     for (i, value) in out[..whole].chunks_exact_mut(type_size).enumerate() {
@@ -121,6 +158,22 @@ fn unshuffle(shuffled: &[u8], out: &mut [u8], type_size: usize) {
         }
     }
     out[whole..].copy_from_slice(&shuffled[whole..]);
+}
+
+/// Four streams side by side, put together as numbers: the compiler makes that wide, twice as fast as with bytes.
+fn unshuffle_fours(shuffled: &[u8], out: &mut [u8]) {
+    let n_values = out.len() / 4;
+    let (values, tail) = out.as_chunks_mut::<4>();
+    let (bytes_0, rest) = shuffled.split_at(n_values);
+    let (bytes_1, rest) = rest.split_at(n_values);
+    let (bytes_2, rest) = rest.split_at(n_values);
+    let (bytes_3, rest) = rest.split_at(n_values);
+    let streams = bytes_0.iter().zip(bytes_1).zip(bytes_2).zip(bytes_3);
+    for (value, (((b0, b1), b2), b3)) in values.iter_mut().zip(streams) {
+        let [b0, b1, b2, b3] = [*b0, *b1, *b2, *b3].map(u32::from);
+        *value = (b0 | b1 << 8 | b2 << 16 | b3 << 24).to_le_bytes();
+    }
+    tail.copy_from_slice(rest);
 }
 
 #[cfg(test)]
@@ -157,6 +210,17 @@ mod tests {
         }
         let packed = container(FLAG_SHUFFLE | CODEC_LZ4 << 5, 4, 600, 256, &[starts, blocks].concat());
         assert_eq!(unpacked(&packed, 600).as_deref(), Ok(&data[..]));
+    }
+
+    #[test]
+    fn four_streams_unshuffle_like_any() {
+        for size in (0..70).chain([1023, 2048]) {
+            let shuffled: Vec<u8> = (0..size).map(|i| (i * 31 % 257) as u8).collect();
+            let (mut fast, mut slow) = (vec![0; size], vec![1; size]);
+            unshuffle(&shuffled, &mut fast, 4);
+            unshuffle_any(&shuffled, &mut slow, 4);
+            assert_eq!(fast, slow, "{size}");
+        }
     }
 
     #[test]

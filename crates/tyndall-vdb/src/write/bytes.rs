@@ -5,11 +5,11 @@ use std::hash::Hasher;
 use glam::{DAffine3, DMat3, DVec3};
 use rustc_hash::{FxHashMap, FxHasher};
 
-use super::WriteCompression;
-use super::tree::tree_bytes;
+use super::tree::{Stored, tree_bytes};
+use super::{FogGrid, WriteCompression};
 use crate::VdbError;
 use crate::descriptor::NAME_SEPARATOR;
-use crate::grid::Grid;
+use crate::grid::{Grid, GridClass};
 use crate::header::{COMPRESS_ACTIVE_MASK, COMPRESS_ZIP, MAGIC};
 use crate::metadata::MetaValue;
 
@@ -29,8 +29,12 @@ const DERIVED: [&str; 9] = [
     "is_saved_as_half_float",
 ];
 
-pub(super) fn file(grids: &[Grid], compression: WriteCompression) -> Result<Vec<u8>, VdbError> {
-    let bodies = grids.iter().map(|grid| GridBytes::of(grid, compression)).collect::<Result<Vec<_>, _>>()?;
+pub(super) fn file(grids: &[FogGrid<'_>], compression: WriteCompression) -> Result<Vec<u8>, VdbError> {
+    let body = |grid: &FogGrid<'_>| match grid {
+        FogGrid::Float(grid) => GridBytes::of(grid, compression),
+        FogGrid::Vec3s(grid) => GridBytes::of(grid, compression),
+    };
+    let bodies = grids.iter().map(body).collect::<Result<Vec<_>, _>>()?;
     let mut out = MAGIC.to_vec();
     out.extend(VERSION.to_le_bytes());
     out.extend(LIBRARY_VERSION.iter().flat_map(|v| v.to_le_bytes()));
@@ -38,9 +42,10 @@ pub(super) fn file(grids: &[Grid], compression: WriteCompression) -> Result<Vec<
     out.extend(uuid(&bodies).bytes());
     out.extend(0_u32.to_le_bytes()); // file metadata
     out.extend((grids.len() as u32).to_le_bytes());
-    for (name, body) in unique_names(grids).iter().zip(&bodies) {
+    let names: Vec<&str> = grids.iter().map(FogGrid::name).collect();
+    for ((name, body), grid) in unique_names(&names).iter().zip(&bodies).zip(grids) {
         put_string(&mut out, name);
-        put_string(&mut out, "Tree_float_5_4_3");
+        put_string(&mut out, grid.tree_type());
         put_string(&mut out, ""); // not an instance
         let start = out.len() + 3 * 8;
         let blocks = start + body.head.len() + body.topology.len();
@@ -61,7 +66,7 @@ struct GridBytes {
 }
 
 impl GridBytes {
-    fn of(grid: &Grid, compression: WriteCompression) -> Result<Self, VdbError> {
+    fn of<T: Stored>(grid: &Grid<T>, compression: WriteCompression) -> Result<Self, VdbError> {
         if grid.name.contains(NAME_SEPARATOR) {
             let what = "its name contains the separator character U+001E".to_owned();
             return Err(VdbError::InvalidGrid { name: grid.name.clone(), what });
@@ -79,7 +84,7 @@ impl GridBytes {
 }
 
 /// Derived entries first, then the grid's own.
-fn metadata(grid: &Grid, compression: WriteCompression) -> Vec<(String, MetaValue)> {
+fn metadata<T: Stored>(grid: &Grid<T>, compression: WriteCompression) -> Vec<(String, MetaValue)> {
     let storage = match compression {
         WriteCompression::None => "active values",
         WriteCompression::Zip => "zip + active values",
@@ -87,8 +92,9 @@ fn metadata(grid: &Grid, compression: WriteCompression) -> Vec<(String, MetaValu
     // OpenVDB's box of a grid without active voxels: from the highest to the lowest coordinate.
     let (low, high) = grid.active_bounds().unwrap_or(([i32::MAX; 3], [i32::MIN; 3]));
     let count = i64::try_from(grid.active_voxel_count()).unwrap_or(i64::MAX);
+    let class = if grid.class == GridClass::Staggered { "staggered" } else { "fog volume" };
     let derived = [
-        ("class", MetaValue::String("fog volume".to_owned())),
+        ("class", MetaValue::String(class.to_owned())),
         ("file_bbox_max", MetaValue::Vec3i(high)),
         ("file_bbox_min", MetaValue::Vec3i(low)),
         ("file_compression", MetaValue::String(storage.to_owned())),
@@ -112,7 +118,7 @@ fn put_metadata(out: &mut Vec<u8>, metadata: &[(String, MetaValue)]) {
 }
 
 /// The simplest map type that holds the transform: some readers know only those without rotation.
-fn put_transform(out: &mut Vec<u8>, grid: &Grid) -> Result<(), VdbError> {
+fn put_transform<T>(out: &mut Vec<u8>, grid: &Grid<T>) -> Result<(), VdbError> {
     let DAffine3 { matrix3, translation } = grid.file_from_index;
     let is_usable = grid.file_from_index.is_finite() && matrix3.inverse().is_finite();
     if !is_usable || matrix3.determinant() == 0.0 {
@@ -145,20 +151,21 @@ fn put_string(out: &mut Vec<u8>, text: &str) {
 }
 
 /// Names as OpenVDB makes them unique: empty and repeated ones get a separator and a number.
-fn unique_names(grids: &[Grid]) -> Vec<String> {
+fn unique_names(names: &[&str]) -> Vec<String> {
     let mut totals: FxHashMap<&str, usize> = FxHashMap::default();
-    grids.iter().for_each(|grid| *totals.entry(&grid.name).or_default() += 1);
+    names.iter().for_each(|name| *totals.entry(name).or_default() += 1);
     let mut used: FxHashMap<&str, usize> = FxHashMap::default();
-    let unique = |grid| {
-        let Grid { name, .. }: &Grid = grid;
-        if !name.is_empty() && totals.get(name.as_str()) == Some(&1) {
-            return name.clone();
+    let mut unique = Vec::with_capacity(names.len());
+    for &name in names {
+        if !name.is_empty() && totals.get(name) == Some(&1) {
+            unique.push(name.to_owned());
+            continue;
         }
         let number = used.entry(name).or_default();
+        unique.push(format!("{name}{NAME_SEPARATOR}{number}"));
         *number += 1;
-        format!("{name}{NAME_SEPARATOR}{}", *number - 1)
-    };
-    grids.iter().map(unique).collect()
+    }
+    unique
 }
 
 /// Looks like a UUID and identifies the contents.
@@ -184,9 +191,7 @@ mod tests {
 
     #[test]
     fn names_are_numbered_only_where_needed() {
-        let grids: Vec<Grid> =
-            ["a", "b", "a", "", "a"].iter().map(|name| Grid::new(*name, 0.0, DAffine3::IDENTITY)).collect();
-        assert_eq!(unique_names(&grids), ["a\x1e0", "b", "a\x1e1", "\x1e0", "a\x1e2"]);
+        assert_eq!(unique_names(&["a", "b", "a", "", "a"]), ["a\x1e0", "b", "a\x1e1", "\x1e0", "a\x1e2"]);
     }
 
     #[test]
@@ -198,7 +203,10 @@ mod tests {
     fn singular_transforms_are_refused() {
         for matrix in [DMat3::ZERO, DMat3::from_diagonal(DVec3::new(1.0, f64::NAN, 1.0))] {
             let grid = Grid::new("flat", 0.0, DAffine3::from_mat3(matrix));
-            assert!(matches!(file(&[grid], WriteCompression::None), Err(VdbError::InvalidGrid { .. })));
+            assert!(matches!(
+                file(&[(&grid).into()], WriteCompression::None),
+                Err(VdbError::InvalidGrid { .. })
+            ));
         }
     }
 }

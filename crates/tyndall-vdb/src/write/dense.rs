@@ -5,20 +5,21 @@ use glam::DAffine3;
 use crate::VdbError;
 use crate::grid::{Grid, GridClass, LEAF_VOXELS, Leaf};
 use crate::metadata::MetaValue;
+use crate::value::Value;
 
 /// Makes a fog volume from a dense array, keeping only leaves with a voxel that differs from the background.
 #[derive(Debug, Clone)]
-pub struct GridBuilder<'a> {
+pub struct GridBuilder<'a, T = f32> {
     name: String,
     dims: [usize; 3],
     origin: [i32; 3],
-    values: &'a [f32],
-    background: f32,
+    values: &'a [T],
+    background: T,
     file_from_index: DAffine3,
     metadata: Vec<(String, MetaValue)>,
 }
 
-impl<'a> GridBuilder<'a> {
+impl<'a, T: Value> GridBuilder<'a, T> {
     /// `values` has `dims[0] * dims[1] * dims[2]` entries; voxel `origin + (x, y, z)` is entry
     /// `(x * dims[1] + y) * dims[2] + z`. `file_from_index` maps voxel centres to the file's world space. The
     /// background is zero.
@@ -26,15 +27,15 @@ impl<'a> GridBuilder<'a> {
         name: impl Into<String>,
         dims: [usize; 3],
         origin: [i32; 3],
-        values: &'a [f32],
+        values: &'a [T],
         file_from_index: DAffine3,
     ) -> Self {
         let name = name.into();
-        Self { name, dims, origin, values, background: 0.0, file_from_index, metadata: Vec::new() }
+        Self { name, dims, origin, values, background: T::default(), file_from_index, metadata: Vec::new() }
     }
 
     /// Value of all voxels outside the array; voxels inside that have it are inactive.
-    pub fn background(mut self, background: f32) -> Self {
+    pub fn background(mut self, background: T) -> Self {
         self.background = background;
         self
     }
@@ -49,7 +50,7 @@ impl<'a> GridBuilder<'a> {
     ///
     /// # Errors
     /// [`VdbError::InvalidGrid`] if `values` has another length or a voxel lies beyond the 32-bit range.
-    pub fn build(self) -> Result<Grid, VdbError> {
+    pub fn build(self) -> Result<Grid<T>, VdbError> {
         let invalid = |what: String| VdbError::InvalidGrid { name: self.name.clone(), what };
         let [nx, ny, nz] = self.dims;
         let expected = nx.checked_mul(ny).and_then(|n| n.checked_mul(nz));
@@ -63,7 +64,7 @@ impl<'a> GridBuilder<'a> {
             return Ok(grid);
         }
         let last = self.last_voxel().ok_or_else(|| invalid("voxels beyond the 32-bit range".to_owned()))?;
-        grid.leaves = self.leaf_origins(last).filter_map(|origin| self.leaf(origin)).collect();
+        grid.leaves = leaf_origins(self.origin, last).filter_map(|origin| self.leaf(origin)).collect();
         Ok(grid)
     }
 
@@ -76,17 +77,8 @@ impl<'a> GridBuilder<'a> {
         Some(last)
     }
 
-    fn leaf_origins(&self, last: [i32; 3]) -> impl Iterator<Item = [i32; 3]> + use<> {
-        // The first leaf's origin is at or below the array's, so stepping by eight meets every leaf once.
-        let [xs, ys, zs] = std::array::from_fn(|axis| (self.origin[axis] & !7..=last[axis]).step_by(8));
-        xs.flat_map(move |x| {
-            let zs = zs.clone();
-            ys.clone().flat_map(move |y| zs.clone().map(move |z| [x, y, z]))
-        })
-    }
-
     /// The leaf at `origin`, `None` if all its voxels have the background value.
-    fn leaf(&self, origin: [i32; 3]) -> Option<Leaf> {
+    fn leaf(&self, origin: [i32; 3]) -> Option<Leaf<T>> {
         let mut leaf = Leaf::uniform(origin, self.background);
         for offset in 0..LEAF_VOXELS {
             let Some(value) = self.value(leaf.voxel(offset)) else { continue };
@@ -98,7 +90,7 @@ impl<'a> GridBuilder<'a> {
         (leaf.active != [0; 8]).then_some(leaf)
     }
 
-    fn value(&self, voxel: [i32; 3]) -> Option<f32> {
+    fn value(&self, voxel: [i32; 3]) -> Option<T> {
         let mut index = 0;
         for ((coordinate, origin), &count) in voxel.into_iter().zip(self.origin).zip(&self.dims) {
             let local = usize::try_from(i64::from(coordinate) - i64::from(origin)).ok()?;
@@ -106,6 +98,16 @@ impl<'a> GridBuilder<'a> {
         }
         self.values.get(index).copied()
     }
+}
+
+/// Origins of the leaves over a box.
+fn leaf_origins(first: [i32; 3], last: [i32; 3]) -> impl Iterator<Item = [i32; 3]> {
+    // The first leaf's origin is at or below the box's, so stepping by eight meets every leaf once.
+    let [xs, ys, zs] = std::array::from_fn(|axis| (first[axis] & !7..=last[axis]).step_by(8));
+    xs.flat_map(move |x| {
+        let zs = zs.clone();
+        ys.clone().flat_map(move |y| zs.clone().map(move |z| [x, y, z]))
+    })
 }
 
 #[cfg(test)]

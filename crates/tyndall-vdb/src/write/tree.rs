@@ -11,6 +11,7 @@ use super::WriteCompression;
 use crate::VdbError;
 use crate::grid::{Grid, Leaf, Tile};
 use crate::tree::{LOWER_LOG2, Level, ROOT_LOG2, UPPER_LOG2};
+use crate::value::Value;
 
 /// "No mask or inactive values": only active values follow, all others are the background.
 const CODE_BACKGROUND: u8 = 0;
@@ -23,23 +24,43 @@ pub(super) struct TreeBytes {
     pub(super) buffers: Vec<u8>,
 }
 
-/// What is at one slot of an internal node.
-enum Entry<'a> {
-    Lower(Slots<'a>),
-    Leaf(&'a Leaf),
-    Tile(&'a Tile),
+/// A type of values that can be written.
+pub(super) trait Stored: Value {
+    /// Appends the full-size little-endian bytes.
+    fn put(self, out: &mut Vec<u8>);
 }
 
-type Slots<'a> = BTreeMap<usize, Entry<'a>>;
+impl Stored for f32 {
+    fn put(self, out: &mut Vec<u8>) {
+        out.extend(self.to_le_bytes());
+    }
+}
+
+impl Stored for [f32; 3] {
+    fn put(self, out: &mut Vec<u8>) {
+        self.iter().for_each(|component| component.put(out));
+    }
+}
+
+/// What is at one slot of an internal node.
+enum Entry<'a, T> {
+    Lower(Slots<'a, T>),
+    Leaf(&'a Leaf<T>),
+    Tile(&'a Tile<T>),
+}
+
+type Slots<'a, T> = BTreeMap<usize, Entry<'a, T>>;
 
 /// All entries of a root in ascending order, which is the order of the file.
-#[derive(Default)]
-struct Root<'a> {
-    tiles: BTreeMap<[i32; 3], &'a Tile>,
-    children: BTreeMap<[i32; 3], Slots<'a>>,
+struct Root<'a, T> {
+    tiles: BTreeMap<[i32; 3], &'a Tile<T>>,
+    children: BTreeMap<[i32; 3], Slots<'a, T>>,
 }
 
-pub(super) fn tree_bytes(grid: &Grid, compression: WriteCompression) -> Result<TreeBytes, VdbError> {
+pub(super) fn tree_bytes<T: Stored>(
+    grid: &Grid<T>,
+    compression: WriteCompression,
+) -> Result<TreeBytes, VdbError> {
     let root = Root::of(grid).map_err(|what| VdbError::InvalidGrid { name: grid.name.clone(), what })?;
     let mut writer =
         TreeWriter { background: grid.background, compression, topology: Vec::new(), leaves: Vec::new() };
@@ -50,9 +71,9 @@ pub(super) fn tree_bytes(grid: &Grid, compression: WriteCompression) -> Result<T
     Ok(TreeBytes { topology, buffers: blocks.concat() })
 }
 
-impl<'a> Root<'a> {
-    fn of(grid: &'a Grid) -> Result<Self, String> {
-        let mut root = Self::default();
+impl<'a, T: Stored> Root<'a, T> {
+    fn of(grid: &'a Grid<T>) -> Result<Self, String> {
+        let mut root = Self { tiles: BTreeMap::new(), children: BTreeMap::new() };
         for leaf in &grid.leaves {
             root.insert(leaf.origin, LOWER_LOG2, Entry::Leaf(leaf))?;
         }
@@ -65,7 +86,7 @@ impl<'a> Root<'a> {
         Ok(root)
     }
 
-    fn insert(&mut self, origin: [i32; 3], size_log2: u8, entry: Entry<'a>) -> Result<(), String> {
+    fn insert(&mut self, origin: [i32; 3], size_log2: u8, entry: Entry<'a, T>) -> Result<(), String> {
         if origin.iter().any(|c| c.trailing_zeros() < u32::from(size_log2)) {
             return Err(format!("leaf or tile at {origin:?} is off its lattice"));
         }
@@ -97,24 +118,24 @@ fn slot_of(level: Level, voxel: [i32; 3]) -> usize {
         .fold(0, |slot, c| slot << level.slots_log2() | (c >> level.slot_side_log2() & axis_mask) as usize)
 }
 
-struct TreeWriter<'a> {
-    background: f32,
+struct TreeWriter<'a, T> {
+    background: T,
     compression: WriteCompression,
     topology: Vec<u8>,
     /// In the order in which their buffers follow.
-    leaves: Vec<&'a Leaf>,
+    leaves: Vec<&'a Leaf<T>>,
 }
 
-impl<'a> TreeWriter<'a> {
-    fn root(&mut self, root: &Root<'a>) {
+impl<'a, T: Stored> TreeWriter<'a, T> {
+    fn root(&mut self, root: &Root<'a, T>) {
         self.topology.extend(1_i32.to_le_bytes());
-        self.topology.extend(self.background.to_le_bytes());
+        self.background.put(&mut self.topology);
         // Root keys are distinct multiples of 4096: at most 2^60, but every one is backed by memory here.
         self.topology.extend((root.tiles.len() as u32).to_le_bytes());
         self.topology.extend((root.children.len() as u32).to_le_bytes());
         for (origin, tile) in &root.tiles {
             self.origin(*origin);
-            self.topology.extend(tile.value.to_le_bytes());
+            tile.value.put(&mut self.topology);
             self.topology.push(u8::from(tile.active));
         }
         for (origin, slots) in &root.children {
@@ -133,7 +154,7 @@ impl<'a> TreeWriter<'a> {
     }
 
     /// Child mask, value mask and tile values.
-    fn node(&mut self, level: Level, slots: &Slots<'a>) {
+    fn node(&mut self, level: Level, slots: &Slots<'a, T>) {
         let mut children = vec![0_u8; level.n_slots() / 8];
         let mut active = children.clone();
         let mut values = vec![self.background; level.n_slots()];
@@ -158,7 +179,7 @@ impl<'a> TreeWriter<'a> {
         pack(&values, self.compression, &mut self.topology);
     }
 
-    fn leaf_masks(&mut self, lower: &Slots<'a>) {
+    fn leaf_masks(&mut self, lower: &Slots<'a, T>) {
         for entry in lower.values() {
             if let Entry::Leaf(leaf) = entry {
                 self.topology.extend(mask_bytes(leaf));
@@ -168,18 +189,18 @@ impl<'a> TreeWriter<'a> {
     }
 }
 
-fn mask_bytes(leaf: &Leaf) -> impl Iterator<Item = u8> {
+fn mask_bytes<T>(leaf: &Leaf<T>) -> impl Iterator<Item = u8> {
     leaf.active.into_iter().flat_map(u64::to_le_bytes)
 }
 
 /// A leaf in the buffer pass: its mask again, then values.
-fn leaf_bytes(leaf: &Leaf, background: f32, compression: WriteCompression) -> Vec<u8> {
+fn leaf_bytes<T: Stored>(leaf: &Leaf<T>, background: T, compression: WriteCompression) -> Vec<u8> {
     let mut out: Vec<u8> = mask_bytes(leaf).collect();
     let is_active = |offset: usize| leaf.active[offset >> 6] >> (offset & 63) & 1 == 1;
     let values = leaf.values.iter().enumerate();
     if values.clone().all(|(offset, &value)| is_active(offset) || value == background) {
         out.push(CODE_BACKGROUND);
-        let active: Vec<f32> = leaf.active_offsets().map(|offset| leaf.values[offset]).collect();
+        let active: Vec<T> = leaf.active_offsets().map(|offset| leaf.values[offset]).collect();
         pack(&active, compression, &mut out);
     } else {
         out.push(CODE_ALL_VALUES);
@@ -189,13 +210,14 @@ fn leaf_bytes(leaf: &Leaf, background: f32, compression: WriteCompression) -> Ve
 }
 
 /// Appends values, zipped if that is smaller: then after a positive size, otherwise after a negative one.
-fn pack(values: &[f32], compression: WriteCompression, out: &mut Vec<u8>) {
-    let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+fn pack<T: Stored>(values: &[T], compression: WriteCompression, out: &mut Vec<u8>) {
+    let mut bytes = Vec::with_capacity(size_of_val(values));
+    values.iter().for_each(|value| value.put(&mut bytes));
     if compression == WriteCompression::None {
         out.extend(bytes);
         return;
     }
-    // Node values are at most 128 kB: sizes fit.
+    // Node values are at most 384 kB: sizes fit.
     match zip(&bytes).filter(|zipped| zipped.len() < bytes.len()) {
         Some(zipped) => {
             out.extend((zipped.len() as i64).to_le_bytes());

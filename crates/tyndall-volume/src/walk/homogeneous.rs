@@ -1,10 +1,9 @@
-//! Segments without grids: everything in closed form.
+//! Collisions on segments without grids: everything in closed form.
 
 use super::channels::{choose_channel, exponential};
-use super::closed_form::{attenuation, mean_free_integral, optical_depth};
+use super::closed_form::{attenuation, optical_depth};
 use super::segment::{Cell, Segment};
 use super::{Event, Present, Walk};
-use crate::phase::PhaseMix;
 use glam::Vec3A;
 use tyndall_math::Rgb;
 use tyndall_math::random::Pcg;
@@ -13,19 +12,17 @@ use tyndall_math::random::Pcg;
 #[inline]
 pub(super) fn sample_one(present: &Present<'_>, rng: &mut Pcg) -> Walk {
     let (c, [t0, t1]) = (&present.coefficients, present.t);
-    let emission =
-        if c.emission == Rgb::ZERO { Rgb::ZERO } else { c.emission * mean_free_integral(c.sigma_t, t1 - t0) };
     if !c.scatters() {
-        return Walk { emission, ..Walk::pass(attenuation(c.sigma_t, t1 - t0)) };
+        return Walk::pass(attenuation(c.sigma_t, t1 - t0));
     }
     let (tau, sigma_t) = (exponential(rng), c.sigma_t.x);
     if tau >= sigma_t * (t1 - t0) {
-        return Walk { emission, ..Walk::pass(Rgb::ONE) };
+        return Walk::pass(Rgb::ONE);
     }
     // `sigma_t * (t1 - t0) > tau` does not quite imply `t < t1` in f32.
     let t = (t0 + tau / sigma_t).min(t1);
-    let event = Event::Scatter { t, phase: PhaseMix::single(present.medium.phase) };
-    Walk { event, weight: c.albedo(), emission, majorant_violations: 0 }
+    let event = Event::Scatter { t, phase: present.medium.phase };
+    Walk::scatter(event, c.albedo())
 }
 
 /// Any number of media: one-sample MIS between the channels' exponential distributions.
@@ -36,34 +33,23 @@ pub(super) fn sample(segment: &mut Segment<'_>, channels: Vec3A, rng: &mut Pcg) 
     let channel = choose_channel(channels, rng);
     let drawn = exponential(rng);
     let (mut tau, mut absorbed) = (Rgb::ZERO, Rgb::ZERO);
-    let mut walk: Option<Walk> = None;
-    let mut emission = Rgb::ZERO;
     while let Some(cell) = segment.next_cell() {
         let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
-        if c.emission != Rgb::ZERO {
-            emission += (-(tau + absorbed)).exp() * c.emission * mean_free_integral(c.sigma_t, dt);
-        }
         let depth = optical_depth(c.sigma_t, dt);
         if !c.scatters() {
             absorbed += depth;
-        } else {
-            if walk.is_none() && tau[channel] + depth[channel] > drawn {
-                let ds = (drawn - tau[channel]).max(0.0) / c.sigma_t[channel];
-                walk = Some(scatter(segment, &cell, ds, tau, absorbed, channels, rng));
-            }
-            tau += depth;
+            continue;
         }
-        if walk.is_some() && !segment.emits() {
-            break;
+        if tau[channel] + depth[channel] > drawn {
+            let ds = (drawn - tau[channel]).max(0.0) / c.sigma_t[channel];
+            return scatter(segment, &cell, ds, tau, absorbed, channels, rng);
         }
+        tau += depth;
     }
-    let passed = || {
-        let transmitted = (-tau).exp();
-        let probability = transmitted.dot(channels);
-        if probability > 0.0 { (-absorbed).exp() * transmitted / probability } else { Rgb::ZERO }
-    };
-    let walk = walk.unwrap_or_else(|| Walk::pass(passed()));
-    Walk { emission, ..walk }
+    let transmitted = (-tau).exp();
+    let probability = transmitted.dot(channels);
+    let passed = if probability > 0.0 { (-absorbed).exp() * transmitted / probability } else { Rgb::ZERO };
+    Walk::pass(passed)
 }
 
 /// The collision `ds` behind the beginning of `cell`, where the optical depths are `tau` and `absorbed`.
@@ -85,5 +71,5 @@ fn scatter(
     let (phase, sigma_s) = segment.scatter(channels, rng);
     let weight = (-absorbed).exp() * transmitted * (sigma_s * scale);
     let weight = if pdf > 0.0 { weight / pdf } else { Rgb::ZERO };
-    Walk { event: Event::Scatter { t, phase }, weight, emission: Rgb::ZERO, majorant_violations: 0 }
+    Walk::scatter(Event::Scatter { t, phase }, weight)
 }

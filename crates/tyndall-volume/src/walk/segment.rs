@@ -2,8 +2,8 @@
 
 use super::Present;
 use crate::majorant::{GridStep, GridWalk};
-use crate::medium::{Coefficients, Medium, Span};
-use crate::phase::{MAX_LOBES, Phase, PhaseMix};
+use crate::medium::{Coefficients, Emission, Medium, Span};
+use crate::phase::{Isotropic, MAX_LOBES, Phase, PhaseMix};
 use arrayvec::ArrayVec;
 use glam::Vec3A;
 use tyndall_math::random::Pcg;
@@ -15,7 +15,8 @@ const INLINE: usize = 8;
 /// One medium along the ray.
 struct Track<'a> {
     coefficients: Coefficients,
-    phase: Phase,
+    emission: Emission,
+    phase: &'a PhaseMix,
     /// The homogeneous span, or the current step of the grid.
     t0: f32,
     t1: f32,
@@ -32,7 +33,7 @@ enum Tracks<'a> {
 }
 
 /// An interval of the segment in which the same media are present.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Cell {
     /// Where it begins.
     pub t0: f32,
@@ -40,45 +41,54 @@ pub struct Cell {
     pub t1: f32,
     /// Sum of the homogeneous media: exact.
     pub homogeneous: Coefficients,
-    /// Bound of the sum of all media's extinction, per channel.
+    /// Upper bound of the sum of all media's extinction, per channel.
     pub sigma_bar: Rgb,
+    /// Lower bound of the same.
+    pub sigma_min: Rgb,
     /// Grids present.
     pub n_grids: u32,
     /// Something may scatter.
     pub scatters: bool,
-    /// Least rate of candidates, per unit of `t`, with which emission of grids is estimated; 0 without.
-    pub emission_rate: f32,
+    /// What homogeneous media emit per unit of `t`.
+    pub(super) glow: Rgb,
+    /// Something may emit.
+    pub(super) emits: bool,
+    /// Least rate, per unit of `t`, of points at which emission is read if something emits: some per voxel of the
+    /// finest grid; 0 without grids.
+    pub(super) emission_rate: f32,
 }
 
 /// The media along a ray up to its end, visited front to back.
 pub struct Segment<'a> {
     tracks: Tracks<'a>,
     t: f32,
-    emits: bool,
     is_homogeneous: bool,
 }
 
 impl<'a> Segment<'a> {
-    /// The segment of `ray` through `spans`, which may overlap and come in any order.
+    /// The segment of `ray` through `spans`, which may overlap and come in any order. Media that only emit are left out:
+    /// light does not collide with them.
     pub fn new(media: &'a [Medium], spans: &[Span], ray: &Ray) -> Self {
-        let mut tracks = Tracks::Inline(ArrayVec::new());
-        let (mut emits, mut is_homogeneous) = (false, true);
-        for present in spans.iter().filter_map(|span| Present::new(media, span, ray)) {
-            emits |= present.coefficients.emission != Rgb::ZERO;
-            is_homogeneous &= present.medium.density.is_none();
-            tracks.push(Track::new(&present, ray));
+        Self::of(spans.iter().filter_map(|span| Track::colliding(media, span, ray)))
+    }
+
+    /// The same with the media that only emit.
+    pub(super) fn with_emission(media: &'a [Medium], spans: &[Span], ray: &Ray) -> Self {
+        Self::of(spans.iter().filter_map(|span| Track::shining(media, span, ray)))
+    }
+
+    fn of(all: impl Iterator<Item = Track<'a>>) -> Self {
+        let mut segment = Self { tracks: Tracks::Inline(ArrayVec::new()), t: 0.0, is_homogeneous: true };
+        for track in all {
+            segment.is_homogeneous &= track.grid.is_none();
+            segment.tracks.push(track);
         }
-        Self { tracks, t: 0.0, emits, is_homogeneous }
+        segment
     }
 
     /// No grids: cells are exact, [`Cell::homogeneous`] is all there is.
     pub fn is_homogeneous(&self) -> bool {
         self.is_homogeneous
-    }
-
-    /// Something emits.
-    pub fn emits(&self) -> bool {
-        self.emits
     }
 
     /// The next cell that contains anything.
@@ -113,13 +123,26 @@ impl<'a> Segment<'a> {
         sum
     }
 
+    /// What all media emit at `t`, per unit of it, in the cell last returned.
+    pub(super) fn emission_at(&self, cell: &Cell, t: f32) -> Rgb {
+        let mut sum = cell.glow;
+        for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
+            if let Some((walk, Some(step))) = &track.grid
+                && !track.emission.is_dark()
+            {
+                sum += track.emission.at(walk.density(step, t));
+            }
+        }
+        sum
+    }
+
     /// The phase function at the point last asked for, and the scattering coefficient that goes with it.
     ///
     /// That is the mixture and the sum of the scattering coefficients, if their ratio is the same in all channels or
-    /// only one phase function is involved. Otherwise, or beyond [`MAX_LOBES`] functions, one medium is chosen in
+    /// all media have the same phase function. Otherwise, or beyond [`MAX_LOBES`] functions, one medium is chosen in
     /// proportion to its scattering (averaged with `channels`), and its coefficient is divided by the probability.
     pub fn scatter(&mut self, channels: Vec3A, rng: &mut Pcg) -> (PhaseMix, Rgb) {
-        let mut groups = ArrayVec::<(Phase, Rgb), MAX_LOBES>::new();
+        let mut groups = ArrayVec::<(&PhaseMix, Rgb), MAX_LOBES>::new();
         let (mut total, mut fits) = (Rgb::ZERO, true);
         for (phase, sigma_s) in self.tracks.scattering() {
             total += sigma_s;
@@ -129,12 +152,14 @@ impl<'a> Segment<'a> {
             }
         }
         if let ([(phase, sigma_s)], true) = (&groups[..], fits) {
-            return (PhaseMix::single(*phase), *sigma_s);
+            return (**phase, *sigma_s);
         }
         if fits && groups.iter().all(|(_, sigma_s)| is_parallel(*sigma_s, total)) {
-            let weight = |sigma_s: Rgb| sigma_s.max_element() / total.max_element();
-            if let Some(mix) = PhaseMix::new(groups.iter().map(|&(phase, sigma_s)| (weight(sigma_s), phase)))
-            {
+            let weighted = groups.iter().flat_map(|(phase, sigma_s)| {
+                let weight = sigma_s.max_element() / total.max_element();
+                phase.lobes().iter().map(move |(part, lobe)| (weight * part, *lobe))
+            });
+            if let Some(mix) = PhaseMix::new(weighted) {
                 return (mix, total);
             }
         }
@@ -143,39 +168,41 @@ impl<'a> Segment<'a> {
 
     fn scatter_one(&self, channels: Vec3A, total: f32, rng: &mut Pcg) -> (PhaseMix, Rgb) {
         let mut rest = rng.next_f32() * total;
-        let mut chosen = (Phase::Isotropic, Rgb::ZERO);
+        let mut chosen = (PhaseMix::single(Phase::Isotropic(Isotropic)), Rgb::ZERO);
         for (phase, sigma_s) in self.tracks.scattering() {
             let share = sigma_s.dot(channels);
             if share > 0.0 {
-                chosen = (phase, sigma_s * (total / share));
+                chosen = (*phase, sigma_s * (total / share));
                 if rest < share {
                     break;
                 }
                 rest -= share;
             }
         }
-        (PhaseMix::single(chosen.0), chosen.1)
+        chosen
     }
 
     fn sum_bounds(&self, t0: f32, t1: f32) -> Cell {
-        let mut homogeneous = Coefficients::default();
-        let (mut sigma_bar, mut n_grids, mut scatters) = (Rgb::ZERO, 0, false);
-        let (mut emission_rate, mut emits) = (0f32, false);
+        let mut cell = Cell { t0, t1, ..Cell::default() };
         for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
-            scatters |= track.coefficients.scatters();
-            emits |= track.coefficients.emission != Rgb::ZERO;
+            cell.scatters |= track.coefficients.scatters();
+            cell.emits |= !track.emission.is_dark();
             match &track.grid {
                 Some((walk, Some(step))) => {
-                    n_grids += 1;
-                    sigma_bar += track.coefficients.sigma_t * step.max;
-                    emission_rate = emission_rate.max(walk.emission_rate());
+                    cell.n_grids += 1;
+                    cell.sigma_bar += track.coefficients.sigma_t * step.max;
+                    cell.sigma_min += track.coefficients.sigma_t * step.min;
+                    cell.emission_rate = cell.emission_rate.max(walk.emission_rate());
                 }
-                _ => homogeneous.add_scaled(&track.coefficients, 1.0),
+                _ => {
+                    cell.homogeneous.add_scaled(&track.coefficients, 1.0);
+                    cell.glow += track.emission.at(1.0);
+                }
             }
         }
-        sigma_bar += homogeneous.sigma_t;
-        let emission_rate = if emits { emission_rate } else { 0.0 };
-        Cell { t0, t1, homogeneous, sigma_bar, n_grids, scatters, emission_rate }
+        cell.sigma_bar += cell.homogeneous.sigma_t;
+        cell.sigma_min += cell.homogeneous.sigma_t;
+        cell
     }
 }
 
@@ -185,16 +212,36 @@ fn is_parallel(a: Rgb, b: Rgb) -> bool {
 }
 
 impl<'a> Track<'a> {
-    fn new(present: &Present<'a>, ray: &Ray) -> Self {
-        let coefficients = present.coefficients;
-        let [t0, t1] = present.t;
-        let grid = present.medium.density.as_ref().map(|density| {
-            (GridWalk::new(density, ray, present.t, coefficients.sigma_t.max_element()), None)
-        });
+    /// The track of a span with extinction, without its emission.
+    fn colliding(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
+        let Present { medium, coefficients, t } = Present::new(media, span, ray)?;
+        Some(Self::new(medium, coefficients, Emission::NONE, t, ray))
+    }
+
+    /// The track of a span with extinction or emission.
+    fn shining(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
+        let (t, medium) = (span.clipped(ray)?, media.get(span.medium as usize)?);
+        let coefficients = medium.coefficients().scaled(span.share);
+        let emission = medium.emission.scaled(span.share);
+        let is_seen = !coefficients.is_zero() || !emission.is_dark();
+        is_seen.then(|| Self::new(medium, coefficients, emission, t, ray))
+    }
+
+    fn new(
+        medium: &'a Medium,
+        coefficients: Coefficients,
+        emission: Emission,
+        [t0, t1]: [f32; 2],
+        ray: &Ray,
+    ) -> Self {
+        let grid = medium
+            .density
+            .as_ref()
+            .map(|density| (GridWalk::new(density, ray, [t0, t1], coefficients.sigma_t.max_element()), None));
         // A grid begins with an empty step, which the first `advance` replaces.
         let t1 = if grid.is_some() { f32::NEG_INFINITY } else { t1 };
-        let phase = present.medium.phase;
-        Self { coefficients, phase, t0, t1, grid, is_active: false, density: 1.0 }
+        let phase = &medium.phase;
+        Self { coefficients, emission, phase, t0, t1, grid, is_active: false, density: 1.0 }
     }
 
     /// Moves on until the current piece ends behind `t`; at infinity when there is none.
@@ -243,7 +290,7 @@ impl<'a> Tracks<'a> {
     }
 
     /// Phase functions and scattering coefficients at the point last asked for.
-    fn scattering(&self) -> impl Iterator<Item = (Phase, Rgb)> {
+    fn scattering(&self) -> impl Iterator<Item = (&'a PhaseMix, Rgb)> {
         let active = self.as_slice().iter().filter(|track| track.is_active);
         let scattering = active.map(|track| (track.phase, track.coefficients.sigma_s * track.density));
         scattering.filter(|(_, sigma_s)| *sigma_s != Rgb::ZERO)

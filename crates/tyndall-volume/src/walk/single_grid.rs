@@ -3,7 +3,6 @@
 use super::{Event, LONG_WALK, Present, Walk, WalkStats, survives_length};
 use crate::majorant::GridWalk;
 use crate::medium::GridDensity;
-use crate::phase::PhaseMix;
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
 
@@ -15,30 +14,16 @@ pub(super) fn sample(
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Walk {
-    let walk = GridWalk::new(density, ray, present.t, present.coefficients.sigma_t.x);
-    if present.coefficients.emission == Rgb::ZERO {
-        track::<false>(present, walk, rng, stats)
-    } else {
-        track::<true>(present, walk, rng, stats)
-    }
-}
-
-fn track<const EMITS: bool>(
-    present: &Present<'_>,
-    mut walk: GridWalk<'_>,
-    rng: &mut Pcg,
-    stats: &mut WalkStats,
-) -> Walk {
     let c = &present.coefficients;
     let sigma_t = c.sigma_t.x;
-    let least_rate = if EMITS { walk.emission_rate() } else { 0.0 };
+    let mut walk = GridWalk::new(density, ray, present.t, sigma_t);
     let mut result = Walk::pass(Rgb::ONE);
     let (mut n, mut lookups) = (0u32, 0u64);
     let mut remaining = f64::from(rng.next_exponential());
     'walk: while let Some(step) = walk.next() {
-        let sigma_bar = (sigma_t * step.max).max(least_rate);
+        let sigma_bar = sigma_t * step.max;
         let (length, rate, mut s) = (f64::from(step.t1) - f64::from(step.t0), f64::from(sigma_bar), 0f64);
-        let certain = if EMITS { 0.0 } else { step.min / step.max };
+        let certain = step.min / step.max;
         while remaining < (length - s) * rate {
             s += remaining / rate;
             remaining = f64::from(rng.next_exponential());
@@ -50,9 +35,6 @@ fn track<const EMITS: bool>(
             if u >= certain {
                 lookups += 1;
                 p = sigma_t * walk.density(&step, t) / sigma_bar;
-                if EMITS {
-                    result.emission += result.weight * c.emission * (p / sigma_t);
-                }
             }
             let (mut real_weight, mut null_weight) = (1.0, 1.0);
             if p > 1.0 {
@@ -60,7 +42,7 @@ fn track<const EMITS: bool>(
                 (real_weight, null_weight, p) = (p / 0.75, (1.0 - p) / 0.25, 0.75);
             }
             if u < p {
-                let phase = PhaseMix::single(present.medium.phase);
+                let phase = present.medium.phase;
                 (result.event, result.weight) =
                     (Event::Scatter { t, phase }, result.weight * c.albedo() * real_weight);
                 break 'walk;

@@ -4,7 +4,7 @@ use super::*;
 use crate::grid::DenseGrid;
 use crate::oracle;
 use crate::testing::{Mean, RgbMean, cloud, homogeneous, placement, with_grid};
-use crate::{BrickGrid, Phase, SparseVoxels};
+use crate::{BrickGrid, Emission, Phase, SparseVoxels};
 use glam::{Affine3A, IVec3, Vec3, Vec3A};
 
 const WHITE: Rgb = Rgb::ONE;
@@ -69,7 +69,7 @@ impl Moments {
 }
 
 fn emissive(medium: Medium, emission: Rgb) -> Medium {
-    Medium { emission, ..medium }
+    Medium { emission: Emission::Glow(emission), ..medium }
 }
 
 /// [`cloud`] in its sheared placement.
@@ -116,7 +116,7 @@ fn overlapping_homogeneous_media_add() {
         homogeneous(Rgb::new(0.1, 0.3, 0.0), Rgb::new(0.5, 1.0, 2.0)),
         emissive(homogeneous(Rgb::splat(1.0), Rgb::ZERO), Rgb::new(0.3, 1.0, 2.0)),
         Medium {
-            phase: Phase::HenyeyGreenstein { g: 0.7 },
+            phase: Phase::henyey_greenstein(0.7).into(),
             ..homogeneous(Rgb::ZERO, Rgb::new(2.0, 0.1, 0.4))
         },
     ];
@@ -343,8 +343,10 @@ fn unbounded_media_scatter_or_end() {
 /// Overlapping media with different phase functions and colours: E[weight * phase(cos)] is the sum of σ_s phase.
 #[test]
 fn mixed_phase_functions_are_unbiased_per_channel() {
-    let hg =
-        |g: f32, sigma_s| Medium { phase: Phase::HenyeyGreenstein { g }, ..homogeneous(Rgb::ZERO, sigma_s) };
+    let hg = |g: f32, sigma_s| Medium {
+        phase: Phase::henyey_greenstein(g).into(),
+        ..homogeneous(Rgb::ZERO, sigma_s)
+    };
     let grey = [hg(0.8, Rgb::splat(0.5)), hg(-0.3, Rgb::splat(1.0)), hg(0.8, Rgb::splat(0.2))];
     let coloured =
         [hg(0.8, Rgb::new(1.0, 0.1, 0.0)), hg(-0.3, Rgb::new(0.2, 1.0, 0.5)), hg(0.1, Rgb::splat(0.2))];

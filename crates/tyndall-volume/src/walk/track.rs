@@ -5,7 +5,7 @@
 //! null w_c *= (1 - σ_t,c/σ̄) / (1 - p), real w_c *= (σ_s,c/σ̄) / p. Unbiased for any p in (0, 1), and for σ̄ < σ_t too,
 //! where weights turn negative.
 
-use super::closed_form::{attenuation, mean_free_integral};
+use super::closed_form::attenuation;
 use super::segment::{Cell, Segment};
 use super::{Event, LONG_WALK, Walk, WalkStats, survives_length};
 use crate::medium::Coefficients;
@@ -32,8 +32,6 @@ pub struct Candidate {
     pub coefficients: Coefficients,
     /// Some medium there scatters.
     pub scatters: bool,
-    /// Grids contribute. Elsewhere [`CandidateVisitor::enter`] can have emission in closed form, per cell.
-    pub has_grid: bool,
 }
 
 /// Who looks at candidates: a tracker, or the reservoir of a guided sampler.
@@ -77,8 +75,7 @@ impl Segment<'_> {
             // Distances inside the cell in f64: steps of 1e-12 must add up.
             let (length, mut s) = (f64::from(cell.t1) - f64::from(cell.t0), 0f64);
             loop {
-                let sigma_bar =
-                    (cell.sigma_bar * visitor.live()).max_element().max(cell.emission_rate) * scale;
+                let sigma_bar = (cell.sigma_bar * visitor.live()).max_element() * scale;
                 let rate = f64::from(sigma_bar);
                 if sigma_bar <= 0.0 || remaining >= (length - s) * rate {
                     remaining -= if sigma_bar > 0.0 { (length - s) * rate } else { 0.0 };
@@ -100,7 +97,7 @@ impl Segment<'_> {
         stats.candidates += 1;
         stats.lookups += u64::from(cell.n_grids);
         let coefficients = self.coefficients_at(cell, t);
-        Candidate { t, sigma_bar, coefficients, scatters: cell.scatters, has_grid: cell.n_grids > 0 }
+        Candidate { t, sigma_bar, coefficients, scatters: cell.scatters }
     }
 }
 
@@ -109,7 +106,6 @@ struct State {
     /// Weights of the channels, and the shares of the path's throughput they are applied to.
     w: Rgb,
     channels: Vec3A,
-    emission: Rgb,
     n: u32,
     violations: u32,
 }
@@ -145,25 +141,22 @@ pub(super) fn sample(
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Walk {
-    let mut state = State { w: Rgb::ONE, channels, emission: Rgb::ZERO, n: 0, violations: 0 };
+    let mut state = State { w: Rgb::ONE, channels, n: 0, violations: 0 };
     let ended = segment.for_each_candidate(scale, &mut state, rng, stats);
     stats.majorant_violations += u64::from(state.violations);
     let (event, weight) = ended.unwrap_or((Event::Pass, state.w));
-    Walk { event, weight, emission: state.emission, majorant_violations: state.violations }
+    Walk { majorant_violations: state.violations, ..Walk::scatter(event, weight) }
 }
 
 impl CandidateVisitor for State {
     type Outcome = (Event, Rgb);
 
-    /// Closed forms for what a cell without grids emits, and absorbs where nothing scatters.
+    /// A closed form for what a cell without grids absorbs where nothing scatters.
     fn enter(&mut self, cell: &Cell) -> ControlFlow<(Event, Rgb), bool> {
         if cell.n_grids > 0 {
             return ControlFlow::Continue(false);
         }
         let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
-        if c.emission != Rgb::ZERO {
-            self.emission += self.w * c.emission * mean_free_integral(c.sigma_t, dt);
-        }
         if !cell.scatters {
             self.w *= attenuation(c.sigma_t, dt);
             if self.live() == Vec3A::ZERO {
@@ -186,9 +179,6 @@ impl CandidateVisitor for State {
     ) -> ControlFlow<(Event, Rgb)> {
         let c = &candidate.coefficients;
         let per_bar = candidate.sigma_bar.recip();
-        if candidate.has_grid {
-            self.emission += self.w * c.emission * per_bar;
-        }
         let (real, live) = (c.sigma_t * per_bar, self.live());
         let is_violated = (real * live).max_element() > 1.0 + 4.0 * f32::EPSILON;
         self.violations += u32::from(is_violated);

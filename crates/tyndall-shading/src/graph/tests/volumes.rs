@@ -3,6 +3,14 @@
 use super::*;
 use tyndall_math::Rgb;
 
+fn term(color: Rgb, source: EmissionSource) -> EmissionTerm {
+    EmissionTerm { color, source }
+}
+
+fn field(name: &str) -> EmissionSource {
+    EmissionSource::Field(name.to_owned())
+}
+
 #[test]
 fn constants_are_homogeneous() {
     let (volume, messages) = medium(vec![node(
@@ -13,10 +21,9 @@ fn constants_are_homogeneous() {
     let expected = VolumeMaterial {
         sigma_a: Rgb::new(0.1, 0.2, 0.3),
         sigma_s: Rgb::splat(2.0),
-        emission: Rgb::ZERO,
-        g: 0.7,
         density_field: None,
-        emission_field: None,
+        phase: PhaseModel::lobe(0.7),
+        emission: Vec::new(),
     };
     assert_eq!(volume, Some(expected));
 }
@@ -36,9 +43,8 @@ fn products_with_fields() {
     let volume = volume.expect("a medium");
     assert_eq!(volume.sigma_s, Rgb::new(2.0, 4.0, 6.0));
     assert_eq!(volume.sigma_a, Rgb::new(1.0, 2.0, 3.0));
-    assert_eq!(volume.emission, Rgb::splat(5.0));
+    assert_eq!(volume.emission, [term(Rgb::splat(5.0), field("flame"))]);
     assert_eq!(volume.density_field.as_deref(), Some("density"));
-    assert_eq!(volume.emission_field.as_deref(), Some("flame"));
 }
 
 #[test]
@@ -95,9 +101,107 @@ fn unphysical_values_are_limited_with_a_message() {
     let (volume, n) = with(1.5, -0.5, 0.0);
     assert_eq!((volume.sigma_s, n), (Rgb::ZERO, 1));
     let (volume, n) = with(0.0, 1.0, 2.0);
-    assert_eq!((volume.g, n), (0.99999, 1));
+    assert_eq!((volume.phase, n), (PhaseModel::lobe(0.99999), 1));
     let (volume, n) = with(0.0, 1.0, -1.0);
-    assert_eq!((volume.g, n), (-0.99999, 0));
+    assert_eq!((volume.phase, n), (PhaseModel::lobe(-0.99999), 0));
     let (volume, n) = with(f32::NAN, 1.0, f32::NAN);
-    assert_eq!((volume.sigma_a, volume.g, n), (Rgb::ZERO, 0.0, 2));
+    assert_eq!((volume.sigma_a, volume.phase, n), (Rgb::ZERO, PhaseModel::lobe(0.0), 2));
+}
+
+fn volume_with<const N: usize>(inputs: [(&str, NodeInput); N]) -> (VolumeMaterial, Vec<String>) {
+    let (volume, messages) = medium(vec![node("volume", inputs)]);
+    (volume.expect("a medium"), messages)
+}
+
+#[test]
+fn phase_functions_by_name() {
+    let g = ("anisotropy", float(0.75));
+    let (volume, messages) = volume_with([g.clone(), ("anisotropy2", float(-0.3)), ("lobeMix", float(0.2))]);
+    assert!(messages.is_empty(), "{messages:?}");
+    assert_eq!(volume.phase, PhaseModel::Lobes { g: 0.75, g2: -0.3, mix: 0.2 });
+    let (volume, messages) = volume_with([("phase", text("rayleigh"))]);
+    assert_eq!((volume.phase, messages.len()), (PhaseModel::Rayleigh, 0));
+    let (volume, messages) = volume_with([("phase", text("draine")), g.clone(), ("alpha", float(30.0))]);
+    assert_eq!((volume.phase, messages.len()), (PhaseModel::Draine { g: 0.75, alpha: 30.0 }, 0));
+    let (volume, messages) = volume_with([("phase", text("droplets")), ("dropletDiameter", float(8.0))]);
+    assert_eq!((volume.phase, messages.len()), (PhaseModel::Droplets { diameter: 8.0 }, 0));
+}
+
+#[test]
+fn phase_inputs_that_do_not_fit_are_named() {
+    let (volume, messages) = volume_with([("phase", text("mie"))]);
+    assert_eq!(volume.phase, PhaseModel::lobe(0.0));
+    assert!(messages[0].contains("mie") && messages[0].contains("droplets"), "{messages:?}");
+    let (_, messages) = volume_with([("phase", text("rayleigh")), ("anisotropy", float(0.5))]);
+    assert!(messages[0].contains("rayleigh") && messages[0].contains("anisotropy"), "{messages:?}");
+    let (volume, messages) = volume_with([("phase", text("droplets")), ("dropletDiameter", float(200.0))]);
+    assert_eq!(volume.phase, PhaseModel::Droplets { diameter: 50.0 });
+    assert!(messages[0].contains("dropletDiameter") && messages[0].contains("200"), "{messages:?}");
+}
+
+#[test]
+fn a_black_body_by_temperature() {
+    let (volume, messages) =
+        volume_with([("temperature", float(1500.0)), ("blackbodyIntensity", vector(1.0, 0.5, 0.0))]);
+    assert!(messages.is_empty(), "{messages:?}");
+    let constant = EmissionSource::Blackbody { kelvin: 1500.0, field: None };
+    assert_eq!(volume.emission, [term(Rgb::new(1.0, 0.5, 0.0), constant)]);
+    assert!(!volume.reads_fields());
+    let (volume, messages) = medium(vec![
+        node("field", [("name", text("temperature"))]),
+        node("multiply", [("in1", float(2000.0)), ("in2", link(0))]),
+        node("volume", [("temperature", link(1))]),
+    ]);
+    assert!(messages.is_empty(), "{messages:?}");
+    let volume = volume.expect("a medium");
+    let by_field = EmissionSource::Blackbody { kelvin: 2000.0, field: Some("temperature".to_owned()) };
+    assert_eq!(volume.emission, [term(Rgb::ONE, by_field)]);
+    assert!(volume.reads_fields());
+    assert_eq!(volume_with([("blackbodyIntensity", float(2.0))]).1.len(), 1);
+}
+
+/// MaterialX's node: a colour where the temperature is constant, with the brightness of Planck's law in a field.
+#[test]
+fn blackbody_nodes() {
+    let (volume, messages) = medium(vec![
+        node("blackbody", [("temperature", float(3000.0))]),
+        node("field", [("name", text("flame"))]),
+        node("multiply", [("in1", link(0)), ("in2", link(1))]),
+        node("volume", [("emission", link(2))]),
+    ]);
+    assert!(messages.is_empty(), "{messages:?}");
+    assert_eq!(
+        volume.expect("a medium").emission,
+        [term(tyndall_math::blackbody_color(3000.0), field("flame"))]
+    );
+    let (volume, messages) = medium(vec![
+        node("field", [("name", text("temperature"))]),
+        node("blackbody", [("temperature", link(0))]),
+        node("multiply", [("in1", float(3.0)), ("in2", link(1))]),
+        node("volume", [("emission", link(2))]),
+    ]);
+    assert!(messages.len() == 1 && messages[0].contains("Stefan"), "{messages:?}");
+    let by_field = EmissionSource::Blackbody { kelvin: 1.0, field: Some("temperature".to_owned()) };
+    assert_eq!(volume.expect("a medium").emission, [term(Rgb::splat(3.0), by_field)]);
+}
+
+#[test]
+fn emission_is_a_sum_of_fields() {
+    let (volume, messages) = medium(vec![
+        node("field", [("name", text("fire"))]),
+        node("field", [("name", text("sparks"))]),
+        node("multiply", [("in1", vector(1.0, 0.5, 0.0)), ("in2", link(0))]),
+        node("add", [("in1", link(2)), ("in2", link(1))]),
+        node("add", [("in1", link(3)), ("in2", link(0))]),
+        node("add", [("in1", link(4)), ("in2", float(0.25))]),
+        node("volume", [("emission", link(5)), ("temperature", float(900.0))]),
+    ]);
+    assert!(messages.is_empty(), "{messages:?}");
+    let expected = [
+        term(Rgb::new(2.0, 1.5, 1.0), field("fire")),
+        term(Rgb::ONE, field("sparks")),
+        term(Rgb::splat(0.25), EmissionSource::Constant),
+        term(Rgb::ONE, EmissionSource::Blackbody { kelvin: 900.0, field: None }),
+    ];
+    assert_eq!(volume.expect("a medium").emission, expected);
 }
