@@ -1,16 +1,43 @@
 //! Piecewise constant bounds of a grid's density along a ray.
 //!
 //! A digital differential analyser visits the brick cells of a [`BrickGrid`] in order (Amanatides & Woo 1987) and skips
-//! the empty ones. Where a brick is optically thick under its majorant it visits single voxel cells instead, bounded by
-//! their eight corners: one bright voxel then costs only the rays that meet it.
+//! the empty ones. Cubes of 4^3, 16^3, ... bricks are crossed in one step where their bounds are as good as those of the
+//! bricks inside: what counts is the number of candidates, or look-ups, that the looser bounds add. Where a brick is
+//! optically thick under its majorant it visits single voxel cells instead, bounded by their eight corners: one bright
+//! voxel then costs only the rays that meet it.
+//!
+//! Levels whose cubes are too loose on average are not tried at all. Time of a walk with the cubes over time without
+//! (`benches/grids.rs`, 256^3 voxels, by optical depth across; noise of 0.04):
+//!
+//! | grid | 0.01 | 0.5 | 5 | 50 |
+//! |---|---|---|---|---|
+//! | wisps in empty space | 0.89 | 0.99 | 0.98 | 0.92 |
+//! | noise cloud with holes | 0.45 | 1.01 | 1.00 | 1.00 |
+//! | smooth fog, 0.5 to 1.5 | 0.52 | 0.99 | 1.04 | 1.01 |
+//! | fog that varies by 1 % | 0.55 | 1.00 | 1.01 | 1.01 |
+//!
+//! Steps fall from 30 to 10 where cubes are crossed whole. Higher thresholds save more steps and cost variance of shadow
+//! rays: at 0.02, the fourth row at depth 0.5 takes 11 steps, with a variance of 0.007 instead of 0.002.
 
-use crate::grid::{BRICK_EDGE, BrickGrid, GridCell};
+use crate::grid::{BRICK_EDGE, BrickGrid, GridCell, level_between};
 use crate::medium::GridDensity;
 use glam::{IVec3, Vec3A};
 use tyndall_math::Ray;
 
+/// A cell of many bricks is crossed at once if its bounds add at most this many candidates to those of the bricks.
+/// The largest value tried at which a thin uniform grid still costs less than 0.005 look-ups a ray, to which a test of
+/// the walks holds it (0.002 does not).
+const COARSE_BELOW: f32 = 0.0005;
+
+/// Levels whose cells add more than this many times [`COARSE_BELOW`] on average are not tried: looking in vain at every
+/// cube cost up to a fifth of a walk.
+const WORTH_TRYING: f32 = 2.0;
+
 /// A cell is split into voxel cells if more candidates than this are expected in it.
 const REFINE_ABOVE: f32 = 16.0;
+
+/// Bounds that lie apart by less than this share come from rounding: voxels would be bounded no better.
+const UNIFORM_WITHIN: f32 = 1e-5;
 
 /// Points per voxel along an axis at which emission is read: sheets of fire are one or two voxels thin. Twice as many as
 /// 0.25 look-ups, but there the variance of such a sheet was 36 times as high.
@@ -38,7 +65,7 @@ pub struct GridWalk<'a> {
     direction: Vec3A,
     inverse: Vec3A,
     /// 1 along axes on which the ray moves up, else 0.
-    up: Vec3A,
+    up: IVec3,
     /// Infinite along axes on which the ray does not move, else 0.
     never: Vec3A,
     t: f32,
@@ -46,6 +73,10 @@ pub struct GridWalk<'a> {
     voxel: IVec3,
     lowest: IVec3,
     highest: IVec3,
+    /// Cells of higher levels around `voxel` are known to be too loose.
+    level: usize,
+    top_level: usize,
+    is_flat: bool,
     /// The cell being crossed voxel by voxel.
     refined: Option<GridCell>,
     coefficient: f32,
@@ -59,18 +90,22 @@ impl<'a> GridWalk<'a> {
         let origin = density.index_from_world.transform_point3a(ray.origin);
         let direction = density.index_from_world.transform_vector3a(ray.direction);
         let moves = direction.cmpne(Vec3A::ZERO);
+        let top_level = grid.top_level(WORTH_TRYING * COARSE_BELOW * direction.length() / coefficient);
         let mut walk = Self {
             grid,
             origin,
             direction,
             inverse: Vec3A::select(moves, direction.recip(), Vec3A::ZERO),
-            up: Vec3A::select(direction.cmpgt(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO),
+            up: IVec3::from_array(direction.to_array().map(|d| i32::from(d > 0.0))),
             never: Vec3A::select(moves, Vec3A::ZERO, Vec3A::INFINITY),
             t: t0,
             t_end: t1,
             voxel: IVec3::ZERO,
             lowest: IVec3::ZERO,
             highest: IVec3::ZERO,
+            level: top_level,
+            top_level,
+            is_flat: grid.is_flat(),
             refined: None,
             coefficient,
         };
@@ -116,7 +151,7 @@ impl<'a> GridWalk<'a> {
     /// Where the ray leaves `cell`, by the faces of each axis.
     #[inline]
     fn exit(&self, cell: &GridCell) -> Vec3A {
-        let face = cell.lo.as_vec3a() + self.up * cell.edge as f32;
+        let face = (cell.lo + self.up * cell.edge).as_vec3a();
         (face - self.origin) * self.inverse + self.never
     }
 
@@ -131,13 +166,20 @@ impl<'a> GridWalk<'a> {
         } else {
             2
         };
+        let mut differ = 0;
         // Between bricks of a flat table the other two coordinates stay in the same brick: no need to know them.
-        if !(self.grid.is_flat() && cell.edge == BRICK_EDGE) {
+        if !(self.is_flat && cell.edge == BRICK_EDGE) {
+            let before = self.voxel;
             self.place(cell, t);
+            let moved = before ^ self.voxel;
+            differ = moved.x | moved.y | moved.z;
         }
         let (voxel, lo, up) = (&mut self.voxel.to_array(), cell.lo.to_array(), self.up.to_array());
-        voxel[axis] = if up[axis] > 0.0 { lo[axis] + cell.edge } else { lo[axis] - 1 };
+        let behind = if up[axis] > 0 { lo[axis] + cell.edge } else { lo[axis] - 1 };
+        differ |= voxel[axis] ^ behind;
+        voxel[axis] = behind;
         self.voxel = IVec3::from_array(*voxel);
+        self.level = level_between(differ).min(self.top_level);
     }
 
     /// Puts `voxel` where the ray is at `t`, inside `cell`.
@@ -147,6 +189,7 @@ impl<'a> GridWalk<'a> {
         self.voxel = p.floor().as_ivec3().clamp(cell.lo, cell.lo + (cell.edge - 1));
     }
 
+    /// The cell to cross next: the largest around `voxel` whose bounds are close enough.
     #[inline]
     fn cell(&mut self) -> GridCell {
         if let Some(parent) = &self.refined {
@@ -155,7 +198,37 @@ impl<'a> GridWalk<'a> {
             }
             self.refined = None;
         }
+        if self.level > 0 { self.coarse_cell() } else { self.grid.cell(self.voxel) }
+    }
+
+    /// [`Self::cell`] from the current level down.
+    #[inline(never)]
+    fn coarse_cell(&mut self) -> GridCell {
+        while self.level > 0 {
+            let (cell, slack) = self.grid.coarse_cell(self.level, self.voxel);
+            if cell.max <= 0.0 {
+                let cube = self.grid.cell(self.voxel);
+                return if cube.edge > cell.edge { cube } else { cell };
+            }
+            let exit = self.exit(&cell);
+            if !self.needs_voxels(&cell, exit) && self.expected(slack, exit) <= COARSE_BELOW {
+                return cell;
+            }
+            self.level -= 1;
+        }
         self.grid.cell(self.voxel)
+    }
+
+    /// Thick, and not for being uniform but for rounding.
+    #[inline]
+    fn needs_voxels(&self, cell: &GridCell, exit: Vec3A) -> bool {
+        self.expected(cell.max, exit) > REFINE_ABOVE && cell.max - cell.min > UNIFORM_WITHIN * cell.max
+    }
+
+    /// Candidates expected on the way to `exit` at a density of `bound`.
+    #[inline]
+    fn expected(&self, bound: f32, exit: Vec3A) -> f32 {
+        bound * self.coefficient * (exit.min_element().min(self.t_end) - self.t)
     }
 }
 
@@ -169,8 +242,7 @@ impl Iterator for GridWalk<'_> {
             let cell = self.cell();
             let exit = self.exit(&cell);
             let (t0, t1) = (self.t, exit.min_element().max(self.t).min(self.t_end));
-            if cell.edge > 1 && cell.max * self.coefficient * (t1 - t0) > REFINE_ABOVE && cell.min < cell.max
-            {
+            if cell.edge > 1 && self.needs_voxels(&cell, exit) {
                 self.place(&cell, self.t);
                 self.refined = Some(cell);
                 continue;

@@ -1,5 +1,6 @@
 //! From leaves and tiles to bricks with bounds.
 
+use super::report::Reading;
 use super::{
     BRICK_EDGE, BRICK_VOXELS, Brick, BrickGrid, FlatTable, GridReport, MAX_COORDINATE, SparseVoxels, Table,
     TreeTable, offset,
@@ -45,68 +46,117 @@ pub(super) fn axes(set: usize) -> IVec3 {
     IVec3::new(set as i32 >> 2, set as i32 >> 1 & 1, set as i32 & 1)
 }
 
-/// One leaf's values made fit: what a parallel scan returns.
-struct Scan {
-    values: Option<Box<[f32]>>,
-    source: Source,
-    report: GridReport,
-}
+/// The values of a leaf.
+pub(super) type Values<T> = [T; BRICK_VOXELS];
 
 impl BrickGrid {
     /// Builds the grid. Values that are no densities read as 0 and are counted, see [`GridReport`].
     pub fn build(voxels: &SparseVoxels<'_>) -> (Self, GridReport) {
-        let scans: Vec<Scan> =
-            voxels.leaves.par_iter().filter_map(|leaf| scan_leaf(leaf.0, leaf.1)).collect();
-        let mut report = GridReport { nonzero_background: voxels.background != 0.0, ..Default::default() };
-        report.dropped_count = (voxels.leaves.len() - scans.len()) as u64;
+        Self::build_as(voxels, Reading::Density)
+    }
 
-        // Give every brick with values of its own a place in the pool.
-        let n_bricks = scans.iter().filter(|scan| scan.values.is_some()).count();
-        let mut pool = Vec::with_capacity(n_bricks * BRICK_VOXELS);
-        let mut sources = Vec::with_capacity(scans.len() + voxels.tiles.len());
-        for mut scan in scans {
-            report = report.merge(scan.report);
-            if let Some(values) = scan.values {
-                scan.source.brick.data = (pool.len() / BRICK_VOXELS) as u32;
-                pool.extend_from_slice(&values);
+    /// Builds the interior of a level set (signed distance, negative inside): density is 1 at voxels inside and 0 at
+    /// the others, and falls from one to the other over one voxel across the surface. Tiles and inactive voxels
+    /// must be given where they are inside.
+    pub fn build_interior(voxels: &SparseVoxels<'_>) -> (Self, GridReport) {
+        Self::build_as(voxels, Reading::Interior)
+    }
+
+    fn build_as(voxels: &SparseVoxels<'_>, reading: Reading) -> (Self, GridReport) {
+        // Leaves are read twice, so that none is ever held in a copy of its own next to the pool.
+        let scans: Vec<_> = voxels
+            .leaves
+            .par_iter()
+            .filter_map(|&(origin, values)| scan_leaf(origin, values, reading))
+            .collect();
+        let mut report = GridReport {
+            nonzero_background: GridReport::default().read(reading, voxels.background) != 0.0
+                || (reading == Reading::Density && voxels.background != 0.0),
+            dropped_count: (voxels.leaves.len() - scans.len()) as u64,
+            ..Default::default()
+        };
+        let (mut sources, mut stored) = (Vec::with_capacity(scans.len()), Vec::new());
+        for Scan { mut source, values, report: found } in scans {
+            report = report.merge(found);
+            if source.extrema[0].max > 0.0 {
+                if let Some(values) = values {
+                    source.brick.data = stored.len() as u32;
+                    stored.push(values);
+                }
+                sources.push(source);
             }
-            sources.push(scan.source);
         }
+        let pool = fill_pool(&stored, reading);
         for &(origin, edge, value) in &voxels.tiles {
-            add_tile(origin, edge, value, &mut sources, &mut report);
+            let value = report.read(reading, value);
+            add_tile(origin, edge, Brick::uniform(value), value, &mut sources, &mut report);
         }
-        sources.retain(|source| source.extrema[0].max > 0.0);
-        report.brick_count = n_bricks as u64;
-
+        report.brick_count = stored.len() as u64;
         let max = sources.iter().fold(0f32, |m, source| m.max(source.extrema[0].max));
-        let support = sources.iter().map(|s| s.support).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-        let cells = support.map(|[lo, hi]| [lo - 1, hi]);
-        let table = build_table(&sources, cells);
+        let (table, cells) = build_table(&sources);
         report.is_sparse = matches!(table, Table::Tree(_));
         (Self { table, pool, cells, max }, report)
     }
 }
 
-/// Cleans and measures a leaf; `None` if it is malformed.
-fn scan_leaf(origin: [i32; 3], values: &[f32]) -> Option<Scan> {
-    let lo = IVec3::from_array(origin);
-    if values.len() != BRICK_VOXELS || !is_placed(lo, BRICK_EDGE) {
-        return None;
-    }
-    let mut report = GridReport::default();
-    let clean: Box<[f32]> = values.iter().map(|&value| report.clean(value)).collect();
-    let first = clean[0];
-    let is_uniform = clean.iter().all(|&value| value == first);
-    let extrema = if is_uniform { [Extrema { min: first, max: first }; 8] } else { extrema_of(&clean) };
-    let support = if is_uniform { [lo, lo + 7] } else { support_of(lo, &clean) };
-    let source = Source { lo, edge: BRICK_EDGE, brick: Brick::uniform(first), extrema, support };
-    Some(Scan { values: (!is_uniform).then_some(clean), source, report })
+/// What a parallel scan finds in a leaf.
+struct Scan<'a> {
+    source: Source,
+    /// The leaf, if its values differ.
+    values: Option<&'a Values<f32>>,
+    report: GridReport,
 }
 
-/// Adds a tile, cut into pieces of node size.
-fn add_tile(origin: [i32; 3], edge: u32, value: f32, sources: &mut Vec<Source>, report: &mut GridReport) {
+/// Measures a leaf; `None` if it is malformed.
+fn scan_leaf(origin: [i32; 3], values: &[f32], reading: Reading) -> Option<Scan<'_>> {
+    let (lo, values) = well_formed(origin, values)?;
+    let mut report = GridReport::default();
+    let clean = values.map(|value| report.read(reading, value));
+    let source = Source::of_leaf(lo, &clean);
+    let is_uniform = clean.iter().all(|&value| value == clean[0]);
+    Some(Scan { source, values: (!is_uniform).then_some(values), report })
+}
+
+/// A leaf's place and values, if they can be used.
+pub(super) fn well_formed<T>(origin: [i32; 3], values: &[T]) -> Option<(IVec3, &Values<T>)> {
+    let lo = IVec3::from_array(origin);
+    let values = values.try_into().ok()?;
+    is_placed(lo, BRICK_EDGE).then_some((lo, values))
+}
+
+fn fill_pool(stored: &[&Values<f32>], reading: Reading) -> Vec<f32> {
+    let mut pool = vec![0.0; stored.len() * BRICK_VOXELS];
+    pool.par_chunks_exact_mut(BRICK_VOXELS).zip(stored).for_each(|(brick, values)| {
+        // Counted by the scan.
+        let mut counted = GridReport::default();
+        for (to, &from) in brick.iter_mut().zip(values.iter()) {
+            *to = counted.read(reading, from);
+        }
+    });
+    pool
+}
+
+impl Source {
+    /// The source of a leaf of clean values, as if uniform: its brick has the first value.
+    pub(super) fn of_leaf(lo: IVec3, clean: &Values<f32>) -> Self {
+        let first = clean[0];
+        let is_uniform = clean.iter().all(|&value| value == first);
+        let extrema = if is_uniform { [Extrema { min: first, max: first }; 8] } else { extrema_of(clean) };
+        let support = if is_uniform { [lo, lo + 7] } else { support_of(lo, clean) };
+        Self { lo, edge: BRICK_EDGE, brick: Brick::uniform(first), extrema, support }
+    }
+}
+
+/// Adds a tile of clean `value`, cut into pieces of node size that all are `brick`.
+pub(super) fn add_tile(
+    origin: [i32; 3],
+    edge: u32,
+    brick: Brick,
+    value: f32,
+    sources: &mut Vec<Source>,
+    report: &mut GridReport,
+) {
     let (lo, edge) = (IVec3::from_array(origin), i32::try_from(edge).unwrap_or(0));
-    let value = report.clean(value);
     let fits = |piece: i32| edge % piece == 0 && (lo % piece) == IVec3::ZERO;
     let Some(piece) = [4096, 128, 8].into_iter().find(|&p| edge > 0 && fits(p)) else {
         report.dropped_count += 1;
@@ -117,12 +167,13 @@ fn add_tile(origin: [i32; 3], edge: u32, value: f32, sources: &mut Vec<Source>, 
         report.dropped_count += 1;
         return;
     }
-    for i in 0..n * n * n {
+    let n_pieces = if value > 0.0 { n * n * n } else { 0 };
+    for i in 0..n_pieces {
         let lo = lo + IVec3::new(i / (n * n), i / n % n, i % n) * piece;
         sources.push(Source {
             lo,
             edge: piece,
-            brick: Brick::uniform(value),
+            brick,
             extrema: [Extrema { min: value, max: value }; 8],
             support: [lo, lo + (piece - 1)],
         });
@@ -158,7 +209,14 @@ fn support_of(lo: IVec3, values: &[f32]) -> [IVec3; 2] {
     [lo + first, lo + last]
 }
 
-fn build_table(sources: &[Source], cells: Option<[IVec3; 2]>) -> Table {
+/// The table of non-zero `sources`, and the first and last cell that they reach.
+pub(super) fn build_table(sources: &[Source]) -> (Table, Option<[IVec3; 2]>) {
+    let support = sources.iter().map(|s| s.support).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let cells = support.map(|[lo, hi]| [lo - 1, hi]);
+    (choose_table(sources, cells), cells)
+}
+
+fn choose_table(sources: &[Source], cells: Option<[IVec3; 2]>) -> Table {
     let Some([lo, hi]) = cells else { return Table::Flat(FlatTable::default()) };
     let (lo, hi) = (lo >> 3i32, hi >> 3i32);
     let size = hi.as_i64vec3() - lo.as_i64vec3() + 1;

@@ -1,6 +1,7 @@
 //! The top level as a dense table over the bounding box in bricks.
 
 use super::build::{Extrema, Source, axes};
+use super::pyramid::Pyramid;
 use super::{BRICK_EDGE, Brick, GridCell, ROUNDING};
 use glam::IVec3;
 use rayon::prelude::*;
@@ -23,11 +24,12 @@ pub(super) struct FlatTable {
     lo: IVec3,
     size: IVec3,
     entries: Vec<Entry>,
+    pyramid: Pyramid,
 }
 
 impl FlatTable {
     pub(super) fn build(sources: &[Source], lo: IVec3, hi: IVec3) -> Self {
-        let mut table = Self { lo, size: hi - lo + 1, entries: Vec::new() };
+        let mut table = Self { lo, size: hi - lo + 1, ..Default::default() };
         let n = table.size.x as usize * table.size.y as usize * table.size.z as usize;
 
         // Which source covers each brick; 0 for none.
@@ -54,12 +56,23 @@ impl FlatTable {
             Entry { brick, max: max * ROUNDING, min: min * (2.0 - ROUNDING) }
         });
         table.entries = entries.collect();
+        let bounds = table.entries.iter().map(|&Entry { min, max, .. }| Extrema { min, max });
+        table.pyramid = Pyramid::build(lo, table.size, bounds);
         table.measure_emptiness();
         table
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        self.entries.capacity() * size_of::<Entry>()
+        self.entries.capacity() * size_of::<Entry>() + self.pyramid.memory_bytes()
+    }
+
+    pub(super) fn remove_pyramid(&mut self) {
+        self.pyramid = Pyramid::default();
+    }
+
+    #[inline]
+    pub(super) fn pyramid(&self) -> &Pyramid {
+        &self.pyramid
     }
 
     #[inline]

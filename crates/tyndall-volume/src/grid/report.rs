@@ -1,18 +1,27 @@
 //! What goes into a grid, and what was wrong with it.
 
-/// A sparse scalar grid as its file describes it, borrowed.
+/// A sparse grid as its file describes it, borrowed: of scalars, or of colours `[f32; 3]`.
 #[derive(Debug, Clone, Default)]
-pub struct SparseVoxels<'a> {
+pub struct SparseVoxels<'a, T = f32> {
     /// Origin (a multiple of 8) and the 512 values of each leaf, offset x << 6 | y << 3 | z. Inactive voxels hold the
     /// value they should be read as, normally 0.
-    pub leaves: Vec<([i32; 3], &'a [f32])>,
+    pub leaves: Vec<([i32; 3], &'a [T])>,
     /// Origin, edge in voxels (8, 128 or 4096; any multiple of 8 works) and value of each active tile.
-    pub tiles: Vec<([i32; 3], u32, f32)>,
+    pub tiles: Vec<([i32; 3], u32, T)>,
     /// Value outside; read as 0, and reported if it is not.
-    pub background: f32,
+    pub background: T,
 }
 
-/// What the build found. Counts are voxels, a tile counting once.
+/// How a stored value becomes a density.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Reading {
+    /// It is one.
+    Density,
+    /// It is a signed distance: density is 1 where it is negative, else 0.
+    Interior,
+}
+
+/// What the build found. Counts are voxels (of colours, components), a tile counting once.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct GridReport {
     /// NaN values, read as 0.
@@ -34,6 +43,19 @@ pub struct GridReport {
 }
 
 impl GridReport {
+    /// The density that `value` stands for, counting what is no number.
+    #[inline]
+    pub(super) fn read(&mut self, reading: Reading, value: f32) -> f32 {
+        match reading {
+            Reading::Density => self.clean(value),
+            Reading::Interior if value < 0.0 => 1.0,
+            Reading::Interior => {
+                self.nan_count += u64::from(value.is_nan());
+                0.0
+            }
+        }
+    }
+
     /// The value to store for `value`, counting what is changed.
     #[inline]
     pub(super) fn clean(&mut self, value: f32) -> f32 {

@@ -120,3 +120,47 @@ fn empty_space_in_a_table_is_skipped_in_cubes() {
         assert_covers(&density, &ray, 1.0);
     }
 }
+
+/// ∫ of the upper and of the lower bound along the ray.
+fn integrals(density: &GridDensity, ray: &Ray, coefficient: f32) -> [f64; 2] {
+    GridWalk::new(density, ray, [0.0, ray.t_max], coefficient).fold([0.0; 2], |[max, min], step| {
+        let length = f64::from(step.t1) - f64::from(step.t0);
+        [max + length * f64::from(step.max), min + length * f64::from(step.min)]
+    })
+}
+
+#[test]
+fn coarse_levels_save_steps_and_cost_few_candidates() {
+    let dense = DenseGrid::from_fn(IVec3::new(-70, -9, 3), IVec3::new(150, 90, 70), |v| match v.x {
+        0..10 => 0.0,
+        _ => 1.0 + 0.1 * (v.x as f32 * 0.1).sin() + 0.1 * noise(v, 3),
+    });
+    let levels = density(dense.to_bricks(), Affine3A::IDENTITY);
+    let bricks = density(dense.to_bricks().without_coarse_levels(), Affine3A::IDENTITY);
+    for i in 0..40 {
+        let at = |seed| noise(IVec3::splat(i), seed);
+        let (a, b) =
+            (Vec3A::new(-80.0, 80.0 * at(1), 70.0 * at(2)), Vec3A::new(90.0, 80.0 * at(3), 70.0 * at(4)));
+        let ray = Ray { origin: a, direction: (b - a).normalize(), t_max: (b - a).length() };
+        for coefficient in [1e-6, 1e-2, 1.0] {
+            let (n_levels, n_bricks) =
+                (assert_covers(&levels, &ray, coefficient), assert_covers(&bricks, &ray, coefficient));
+            assert!(n_levels <= n_bricks + 2, "{n_levels} steps for {n_bricks}");
+            assert!(coefficient > 1e-5 || n_levels * 4 < n_bricks, "{n_levels} steps for {n_bricks}");
+            let ([max, min], [brick_max, brick_min]) =
+                (integrals(&levels, &ray, coefficient), integrals(&bricks, &ray, coefficient));
+            let added = f64::from(coefficient) * (max - brick_max + brick_min - min);
+            // The ray meets the mean brick only on average, hence the 4.
+            assert!(added <= 4.0 * n_levels as f64 * f64::from(COARSE_BELOW), "{added} in {n_levels} steps");
+        }
+    }
+}
+
+#[test]
+fn uniform_regions_are_crossed_at_once() {
+    let tiles = vec![([0, 0, 0], 512, 0.7)];
+    let grid = density(BrickGrid::build(&SparseVoxels { tiles, ..Default::default() }).0, Affine3A::IDENTITY);
+    let ray = Ray { origin: Vec3A::new(-5.0, 200.0, 210.0), direction: Vec3A::X, t_max: 600.0 };
+    let n = assert_covers(&grid, &ray, 100.0);
+    assert!(n < 64 / 3, "{n} steps through 64 bricks");
+}
