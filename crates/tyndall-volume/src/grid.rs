@@ -205,8 +205,8 @@ impl BrickGrid {
         matches!(self.table, Table::Flat(_))
     }
 
-    /// The highest level that [`Self::coarse_cell`] takes whose bounds add at most `slack`, density times voxels, to
-    /// those of the bricks across an average cell that is not empty; 0 if there is none.
+    /// The highest level that [`Self::coarse_cell`] takes, if the bounds of the first add at most `slack`, density times
+    /// voxels, to those of the bricks across a typical cell that is not empty; else 0.
     #[inline]
     pub(crate) fn top_level(&self, slack: f32) -> usize {
         match &self.table {

@@ -6,15 +6,15 @@
 //! optically thick under its majorant it visits single voxel cells instead, bounded by their eight corners: one bright
 //! voxel then costs only the rays that meet it.
 //!
-//! Levels whose cubes are too loose on average are not tried at all. Time of a walk with the cubes over time without
-//! (`benches/grids.rs`, 256^3 voxels, by optical depth across; noise of 0.04):
+//! Where the smallest cubes are typically too loose, none are tried. Time of a walk with the cubes over time without
+//! (`benches/grids.rs`, 256^3 voxels, by optical depth across; noise of 0.02):
 //!
 //! | grid | 0.01 | 0.5 | 5 | 50 |
 //! |---|---|---|---|---|
-//! | wisps in empty space | 0.89 | 0.99 | 0.98 | 0.92 |
-//! | noise cloud with holes | 0.45 | 1.01 | 1.00 | 1.00 |
-//! | smooth fog, 0.5 to 1.5 | 0.52 | 0.99 | 1.04 | 1.01 |
-//! | fog that varies by 1 % | 0.55 | 1.00 | 1.01 | 1.01 |
+//! | wisps in empty space | 0.88 | 0.99 | 1.00 | 0.99 |
+//! | noise cloud with holes | 0.47 | 0.99 | 1.00 | 1.00 |
+//! | smooth fog, 0.5 to 1.5 | 0.55 | 1.00 | 1.02 | 1.01 |
+//! | fog that varies by 1 % | 0.51 | 1.00 | 1.00 | 1.00 |
 //!
 //! Steps fall from 30 to 10 where cubes are crossed whole. Higher thresholds save more steps and cost variance of shadow
 //! rays: at 0.02, the fourth row at depth 0.5 takes 11 steps, with a variance of 0.007 instead of 0.002.
@@ -29,8 +29,8 @@ use tyndall_math::Ray;
 /// the walks holds it (0.002 does not).
 const COARSE_BELOW: f32 = 0.0005;
 
-/// Levels whose cells add more than this many times [`COARSE_BELOW`] on average are not tried: looking in vain at every
-/// cube cost up to a fifth of a walk.
+/// If the smallest cubes add more than this many times [`COARSE_BELOW`] in the median, none are tried: looking in vain at
+/// every cube cost up to a fifth of a walk.
 const WORTH_TRYING: f32 = 2.0;
 
 /// A cell is split into voxel cells if more candidates than this are expected in it.

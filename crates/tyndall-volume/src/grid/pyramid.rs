@@ -31,8 +31,8 @@ struct Level {
     lo: IVec3,
     size: IVec3,
     cells: Vec<CubeBounds>,
-    /// Mean of [`CubeBounds::slack`] over cells that are not empty, times a cell's edge in voxels.
-    mean_slack: f32,
+    /// Median of [`CubeBounds::slack`] over cells that are not empty, times a cell's edge in voxels.
+    typical_slack: f32,
 }
 
 /// What a level knows of a cell.
@@ -57,7 +57,7 @@ impl Pyramid {
     /// The levels above bricks `lo` to `lo + size - 1` with extrema `bricks`, z fastest.
     pub(super) fn build(lo: IVec3, size: IVec3, bricks: impl Iterator<Item = Extrema>) -> Self {
         let cells = bricks.map(|extrema| CubeBounds { extrema, mean_range: extrema.max - extrema.min });
-        let bricks = Level { lo, size, cells: cells.collect(), mean_slack: 0.0 };
+        let bricks = Level { lo, size, cells: cells.collect(), typical_slack: 0.0 };
         let mut levels = Vec::new();
         while levels.last().unwrap_or(&bricks).size.max_element() > SMALL_ENOUGH {
             let edge = 1 << (BRICK_EDGE.ilog2() as usize + SHIFT * (levels.len() + 1));
@@ -71,10 +71,12 @@ impl Pyramid {
         bounds.sum::<usize>() + self.levels.capacity() * size_of::<Level>()
     }
 
-    /// Index of the highest level whose mean slack across a cell is at most `slack`, density times voxels; 0 without.
+    /// Index of the highest level, if across a typical cell of the first its slack is at most `slack`, density times
+    /// voxels; else 0.
     #[inline]
     pub(super) fn top(&self, slack: f32) -> usize {
-        self.levels.iter().rposition(|level| level.mean_slack <= slack).map_or(0, |i| i + 1)
+        let is_tight = self.levels.first().is_some_and(|level| level.typical_slack <= slack);
+        if is_tight { self.levels.len() } else { 0 }
     }
 
     /// The cell of `level`, 1 to the highest, around `voxel`, and how much further its bounds lie apart than those
@@ -114,10 +116,8 @@ impl Level {
                 }
             }
         }
-        let filled = || cells.iter().filter(|cell| cell.extrema.max > 0.0);
-        let sum: f64 = filled().map(|cell| f64::from(cell.slack())).sum();
-        let mean_slack = (sum / filled().count().max(1) as f64) as f32 * edge as f32;
-        Self { lo, size, cells, mean_slack }
+        let typical_slack = median_slack(&cells) * edge as f32;
+        Self { lo, size, cells, typical_slack }
     }
 
     /// The cube of 4^3 cells from `lo` on.
@@ -130,5 +130,16 @@ impl Level {
             extrema: sum.extrema.union(cell.extrema),
             mean_range: sum.mean_range + cell.mean_range / n as f32,
         })
+    }
+}
+
+/// The median over cells that are not empty: the loose cells around a uniform block don't count against it.
+fn median_slack(cells: &[CubeBounds]) -> f32 {
+    let mut slacks: Vec<f32> =
+        cells.iter().filter(|cell| cell.extrema.max > 0.0).map(CubeBounds::slack).collect();
+    let middle = slacks.len() / 2;
+    match slacks.get(middle) {
+        Some(_) => *slacks.select_nth_unstable_by(middle, f32::total_cmp).1,
+        None => 0.0,
     }
 }
