@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SECONDS = 20
 SAMPLES = 64
-# One pixel, whose standard deviation is 0.22 a sample: at 64 samples two per cent is less than one standard error.
+# One pixel of standard deviation 0.22 a sample: two per cent is less than one standard error of 64 samples.
 MORE_SAMPLES = {"image_1x1": 4096}
 
 
