@@ -196,15 +196,6 @@ impl Light {
         })
     }
 
-    /// Middle and half diagonal of the box around the light; `None` for lights at infinity.
-    #[inline]
-    pub fn place(&self) -> Option<(Vec3A, f32)> {
-        match self.outreach() {
-            Outreach::Local(bounds) => Some((bounds.center(), 0.5 * (bounds.max - bounds.min).length())),
-            Outreach::Infinite { .. } => None,
-        }
-    }
-
     /// Factor on what diffuse lobes and media receive.
     pub fn diffuse_factor(&self) -> f32 {
         self.diffuse

@@ -3,10 +3,17 @@
 
 mod common;
 
-use common::{corpus_file, corpus_path, truth};
+use common::{corpus_file, corpus_path};
 use half::f16;
 use serde_json::Value as Json;
 use tyndall_vdb::{Grid, GridClass, GridInfo, Scalar, Value, VdbError, VdbFile};
+
+/// The facts about each grid of each file: `corpus` are OpenVDB's files, `corpus_nano` NanoVDB's.
+fn truth(corpus: &str) -> Vec<Json> {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests");
+    let packed = std::fs::read(format!("{path}/{corpus}/truth.json.gz")).expect(corpus);
+    serde_json::from_reader(flate2::read::GzDecoder::new(&packed[..])).expect(corpus)
+}
 
 fn number(json: &Json) -> f64 {
     json.as_f64().expect("a number")

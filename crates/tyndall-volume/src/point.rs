@@ -3,13 +3,9 @@
 use crate::medium::{Medium, Span};
 use crate::phase::PhaseMix;
 use crate::walk::Segment;
-use arrayvec::ArrayVec;
 use glam::Vec3A;
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
-
-/// Media that overlap at one point; more than these are left to a heap allocation.
-const INLINE: usize = 16;
 
 /// The phase function and the scattering coefficient at `t` on the ray; `None` where nothing scatters.
 ///
@@ -22,28 +18,7 @@ pub fn scattering_at(
     channels: Vec3A,
     rng: &mut Pcg,
 ) -> Option<(PhaseMix, Rgb)> {
-    let mut from_here =
-        spans.iter().filter(|span| span.t0 <= t && t < span.t1).map(|span| Span { t0: t, ..*span });
-    let mut inline: ArrayVec<Span, INLINE> = from_here.by_ref().take(INLINE).collect();
-    match from_here.next() {
-        None => scattering_of(media, &inline, ray, t, channels, rng),
-        Some(next) => {
-            let all: Vec<Span> = inline.drain(..).chain([next]).chain(from_here).collect();
-            scattering_of(media, &all, ray, t, channels, rng)
-        }
-    }
-}
-
-/// The same for spans that begin at `t`.
-fn scattering_of(
-    media: &[Medium],
-    spans: &[Span],
-    ray: &Ray,
-    t: f32,
-    channels: Vec3A,
-    rng: &mut Pcg,
-) -> Option<(PhaseMix, Rgb)> {
-    let mut segment = Segment::new(media, spans, ray);
+    let mut segment = Segment::at(media, spans, ray, t);
     // A first cell further on means that grids are empty here.
     let cell = segment.next_cell().filter(|cell| cell.t0 <= t && cell.scatters)?;
     if !segment.coefficients_at(&cell, t).scatters() {

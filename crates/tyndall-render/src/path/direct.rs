@@ -4,8 +4,8 @@
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
-use tyndall_math::{Ray, Rgb};
-use tyndall_shading::{LightSample, Receiver};
+use tyndall_math::Rgb;
+use tyndall_shading::Receiver;
 
 impl Path<'_> {
     /// Adds light from one sampled light.
@@ -34,22 +34,12 @@ impl Path<'_> {
         let by_vertex = if light.is_delta { 0.0 } else { pdf_vertex };
         let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
-        let shadow_ray = self.shadow_ray(vertex, &light);
+        let shadow_ray = vertex.shadow_ray(&light);
         statistics.shadow_rays += 1;
         let visibility =
             self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);
         if visibility != Rgb::ZERO {
             self.recorder.add(contribution * visibility);
-        }
-    }
-
-    /// From a vertex to a light.
-    #[inline]
-    pub(super) fn shadow_ray(&self, vertex: &Vertex, light: &LightSample) -> Ray {
-        Ray {
-            origin: vertex.origin_towards(light.direction),
-            direction: light.direction,
-            t_max: light.distance,
         }
     }
 

@@ -11,7 +11,7 @@ use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::{Vec2, Vec3A};
 use tyndall_math::{Ray, Rgb};
-use tyndall_shading::{Light, LightSet, Receiver};
+use tyndall_shading::{LightSet, Receiver};
 use tyndall_volume::{Span, collision_density, scattering_at, transmittance};
 
 /// The part of a ray inside media.
@@ -44,7 +44,7 @@ struct Angles {
 }
 
 impl LitSegment {
-    /// The part of `ray` covered by `spans`; `None` if it is empty or without end.
+    /// The part of `ray` covered by `spans`; `None` if that is nothing.
     pub(super) fn new(ray: &Ray, spans: &[Span]) -> Option<Self> {
         let t0 = spans.iter().map(|s| s.t0).fold(f32::INFINITY, f32::min).max(0.0);
         let t1 = spans.iter().map(|s| s.t1).fold(0.0, f32::max).min(ray.t_max);
@@ -56,8 +56,8 @@ impl LitSegment {
     }
 
     /// `None` for lights at infinity and where the angles vanish in rounding.
-    fn angles(&self, light: &Light) -> Option<Angles> {
-        let (center, radius) = light.place()?;
+    fn angles(&self, lights: &LightSet, index: usize) -> Option<Angles> {
+        let (center, radius) = lights.bounding_sphere(index)?;
         let to_light = center - self.origin;
         let foot = to_light.dot(self.direction);
         let off_axis = (to_light - self.direction * foot).length();
@@ -70,7 +70,7 @@ impl LitSegment {
 
     /// Density with which light `index` and the distance `t` are drawn.
     fn density(&self, lights: &LightSet, index: usize, t: f32) -> f32 {
-        let Some(angles) = self.angles(&lights.lights[index]) else { return 0.0 };
+        let Some(angles) = self.angles(lights, index) else { return 0.0 };
         lights.probability(&self.receiver(), index) * angles.density(t)
     }
 }
@@ -125,8 +125,7 @@ impl Path<'_> {
         let [u_light, u_distance, u, v] = self.sampler.next_4d();
         let lights = self.world.lights();
         let Some((index, p_light)) = lights.sample_light(&segment.receiver(), u_light) else { return };
-        let light = &lights.lights[index];
-        let Some(angles) = segment.angles(light) else { return };
+        let Some(angles) = segment.angles(lights, index) else { return };
         let t = angles.sample(u_distance);
         let density = p_light * angles.density(t);
         if !(segment.t0 <= t && t < segment.t1 && density > 0.0) {
@@ -139,7 +138,7 @@ impl Path<'_> {
             return;
         };
         let position = ray.at(t);
-        let Some(sample) = light.sample(position, Vec2::new(u, v)) else { return };
+        let Some(sample) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
         let vertex = Vertex::Medium { position, travel: ray.direction, phase };
         let (value, pdf_vertex) = vertex.evaluate(sample.direction);
         if value == Rgb::ZERO || sample.radiance == Rgb::ZERO || sample.pdf <= 0.0 {
@@ -151,7 +150,7 @@ impl Path<'_> {
         let by_phase = if sample.is_delta { 0.0 } else { pdf_vertex / sample.pdf };
         let weight = (1.0 + (p_point + by_phase) / relative).recip();
         let up_to = transmittance(media, &scratch.spans, &ray.up_to(t), &mut self.rng, &mut statistics.walks);
-        let shadow_ray = self.shadow_ray(&vertex, &sample);
+        let shadow_ray = vertex.shadow_ray(&sample);
         statistics.shadow_rays += 1;
         let spans = std::mem::take(&mut scratch.spans);
         let visibility =
@@ -160,7 +159,7 @@ impl Path<'_> {
         let through = up_to * visibility;
         if through != Rgb::ZERO {
             let scattered = self.throughput * through * sigma_s * value * sample.radiance;
-            self.recorder.add_medium_light(scattered * (weight / (density * sample.pdf)));
+            self.recorder.add_medium_light(scattered * (weight / density / sample.pdf));
         }
     }
 }

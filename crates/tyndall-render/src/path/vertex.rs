@@ -1,8 +1,8 @@
 //! A scattering event: what direct light and the next direction need to know about it.
 
 use glam::Vec3A;
-use tyndall_math::{Rgb, offset_ray_origin};
-use tyndall_shading::{Bsdf, ShadingFrame};
+use tyndall_math::{Ray, Rgb, offset_ray_origin};
+use tyndall_shading::{Bsdf, LightSample, ShadingFrame};
 use tyndall_volume::PhaseMix;
 
 /// Where and how light scatters.
@@ -48,6 +48,16 @@ impl Vertex<'_> {
             Self::Surface { position, error, frame, .. } => {
                 offset_ray_origin(*position, *error, frame.geometric_normal, direction)
             }
+        }
+    }
+
+    /// The ray to a sampled point of a light.
+    #[inline]
+    pub(super) fn shadow_ray(&self, light: &LightSample) -> Ray {
+        Ray {
+            origin: self.origin_towards(light.direction),
+            direction: light.direction,
+            t_max: light.distance,
         }
     }
 

@@ -79,8 +79,8 @@ impl World {
             .spans(ray, crossings, &mut |medium, t0, t1, share| spans.push(Span { t0, t1, medium, share }));
     }
 
-    /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights' bodies block, media
-    /// and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
+    /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights'
+    /// bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
     pub(crate) fn visibility<const MEDIA: bool>(
         &self,
         ray: &Ray,

@@ -10,6 +10,7 @@ use super::bounds::Outreach;
 use super::infinite::InfiniteLights;
 use super::tree::{Found, LightTree, NodeWeights, Shares, Target, Trail, TreeLight, WIDTH};
 use super::{Light, Receiver};
+use glam::Vec3A;
 
 /// Share of the even choice.
 const EVEN_SHARE: f64 = 0.2;
@@ -24,6 +25,8 @@ pub struct LightSet {
     /// The lights; indices into this are what sampling returns.
     pub lights: Vec<Light>,
     places: Vec<Place>,
+    /// Middle and radius of a sphere around each light that has a place.
+    spheres: Vec<Option<(Vec3A, f32)>>,
     tree: Option<LightTree>,
     infinite: InfiniteLights,
     /// Probabilities of the lights at infinity where nothing arrives from the tree, or there is none.
@@ -57,10 +60,12 @@ impl LightSet {
     /// Time is proportional to n log n; 100,000 lights take a fraction of a second.
     pub fn build(lights: Vec<Light>, scene_radius: f32) -> Self {
         let mut places = Vec::with_capacity(lights.len());
+        let mut spheres = vec![None; lights.len()];
         let (mut local, mut infinite) = (Vec::new(), Vec::new());
         for (index, light) in lights.iter().enumerate() {
             places.push(match light.outreach() {
                 Outreach::Local(bounds) => {
+                    spheres[index] = Some((bounds.center(), 0.5 * (bounds.max - bounds.min).length()));
                     local.push(TreeLight { light: index as u32, bounds });
                     Place::Tree(Trail::default())
                 }
@@ -77,13 +82,20 @@ impl LightSet {
         let infinite_alone =
             (0..infinite.len()).map(|i| mixture(&Shares { guided: infinite.share(i), even })).collect();
         let scene_diameter = 2.0 * f64::from(scene_radius.clamp(f32::MIN_POSITIVE, f32::MAX));
-        Self { lights, places, tree, infinite, infinite_alone, tree_count, scene_diameter }
+        Self { lights, places, spheres, tree, infinite, infinite_alone, tree_count, scene_diameter }
     }
 
     /// Whether some light comes from a place, not from infinity.
     #[inline]
     pub fn has_local(&self) -> bool {
         self.tree.is_some()
+    }
+
+    /// Middle and radius (stage units, camera-relative world) of a sphere around light `index`; `None` for lights at
+    /// infinity.
+    #[inline]
+    pub fn bounding_sphere(&self, index: usize) -> Option<(Vec3A, f32)> {
+        self.spheres.get(index).copied().flatten()
     }
 
     /// Chooses a light for the receiver by `u` in [0, 1): its index and the probability of that choice. `None` if

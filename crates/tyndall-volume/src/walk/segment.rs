@@ -72,6 +72,12 @@ impl<'a> Segment<'a> {
         Self::of(spans.iter().filter_map(|span| Track::colliding(media, span, ray)))
     }
 
+    /// The same from `t` on, without the spans that begin further on: for the media at that point.
+    pub(crate) fn at(media: &'a [Medium], spans: &[Span], ray: &Ray, t: f32) -> Self {
+        let here = spans.iter().filter(|span| span.t0 <= t && t < span.t1);
+        Self::of(here.filter_map(|span| Track::colliding(media, &Span { t0: t, ..*span }, ray)))
+    }
+
     /// The same with the media that only emit.
     pub(super) fn with_emission(media: &'a [Medium], spans: &[Span], ray: &Ray) -> Self {
         Self::of(spans.iter().filter_map(|span| Track::shining(media, span, ray)))
