@@ -1,10 +1,9 @@
 //! The scattering odds of camera rays, one pixel each, learned in passes and filtered between them.
 //!
 //! Camera rays are the only ones whose odds are known per ray; their guide needs no spatial structure and is the
-//! largest part of the gain. Cost: 44 bytes of sums and 12 of look-up per pixel.
+//! largest part of the gain. Cost: 44 bytes of sums and 16 of look-up per pixel.
 
 mod a_trous;
 mod guide;
 
-pub use a_trous::{ATrous, PixelFeatures};
-pub use guide::{ImageGuide, PixelGuide};
+pub use guide::ImageGuide;

@@ -6,6 +6,7 @@
 //! | module | what |
 //! |---|---|
 //! | `scattering_odds` | the probability to scatter in a volume instead of reaching the surface behind it |
+//! | `segment_guide` | what a segment is told: track, or choose with these odds |
 //! | `moments` | the sums per pixel or region that those odds are learned from |
 //! | [`image_space`] | the odds of camera rays, per pixel, filtered |
 //! | [`directional`] | von Mises–Fisher lobes and mixtures, fitted by expectation maximisation |
@@ -22,9 +23,11 @@ mod error;
 pub mod image_space;
 mod moments;
 mod scattering_odds;
+mod segment_guide;
 
 pub use error::GuidingError;
 pub use moments::{EventClass, Moments, SegmentSample};
 pub use scattering_odds::{
     ScatteringOdds, Selection, TargetProbability, headroom_depth, optimal_probability,
 };
+pub use segment_guide::{ClassCosts, SegmentGuide, Strategy};

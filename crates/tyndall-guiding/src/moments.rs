@@ -137,25 +137,30 @@ impl Moments {
         self.add_scaled(&old, if factor.is_nan() { 0.0 } else { factor.clamp(0.0, 1.0) });
     }
 
-    /// κ, doubted while there are few samples; exactly 1 without light or without choice.
+    /// E[L_v²] and E[L_s²], the mean squares of the radiance scattered in and of the surface's; `None` without light or
+    /// without choice.
     ///
-    /// log κ is shrunk towards 0 as if four pseudo-samples had said κ = 1. Neither class counts as darker than the pooled
-    /// mean square times (4/n)²: a class that happened not to be sampled yet must not be taken for black.
-    pub fn odds(&self) -> ScatteringOdds {
+    /// Neither class counts as darker than the pooled mean square times (4/n)²: a class that happened not to be sampled
+    /// yet must not be taken for black.
+    pub fn mean_squares(&self) -> Option<[f32; 2]> {
         // Quotients of sums of squares: f32 would run out of range.
         let [a, b, c, d, n] = [self.volume_x2, self.w2, self.surface_x2, self.t2, self.n].map(f64::from);
         let pooled = (a + c) / (b + d);
         if !(b > 0.0 && d > 0.0 && n > 0.0 && pooled > 0.0 && pooled.is_finite()) {
-            return ScatteringOdds::default();
+            return None;
         }
         let floor = pooled * (PRIOR_SAMPLES / n).min(1.0).powi(2);
-        let ratio = (a / b).max(floor) / (c / d).max(floor);
-        ScatteringOdds::new(ratio.powf(0.5 * n / (n + PRIOR_SAMPLES)) as f32)
+        Some([(a / b).max(floor) as f32, (c / d).max(floor) as f32])
     }
 
-    /// P̂: the scattering probability these odds will give on average.
-    pub fn predicted_probability(&self) -> f32 {
-        self.odds().predicted_probability(self.w, self.t)
+    /// κ, doubted while there are few samples; exactly 1 without light or without choice.
+    ///
+    /// log κ is shrunk towards 0 as if four pseudo-samples had said κ = 1.
+    pub fn odds(&self) -> ScatteringOdds {
+        let Some([volume, surface]) = self.mean_squares() else { return ScatteringOdds::default() };
+        let ratio = f64::from(volume) / f64::from(surface).max(f64::MIN_POSITIVE);
+        let n = f64::from(self.n);
+        ScatteringOdds::new(ratio.powf(0.5 * n / (n + PRIOR_SAMPLES)) as f32)
     }
 
     /// P* by contribution, E[W L_v] / (E[W L_v] + E[T̂ L_s]); `None` without light.

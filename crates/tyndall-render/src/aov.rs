@@ -12,6 +12,8 @@ mod surface;
 mod transmittance;
 mod variance;
 mod volume;
+mod vsp;
+mod vsp_target;
 
 use tyndall_math::Rgb;
 
@@ -32,6 +34,10 @@ pub struct SampleRecord {
     pub depth: f32,
     /// Estimate of the media's transmittance up to the first surface.
     pub transmittance: Rgb,
+    /// Probability with which the camera's segment was to end in a scattering; 0 where it was tracked.
+    pub scatter_probability: f32,
+    /// 1 if the camera's segment ended in a scattering.
+    pub scatters: f32,
 }
 
 impl Default for SampleRecord {
@@ -44,6 +50,8 @@ impl Default for SampleRecord {
             normal: Rgb::ZERO,
             depth: f32::INFINITY,
             transmittance: Rgb::ZERO,
+            scatter_probability: 0.0,
+            scatters: 0.0,
         }
     }
 }
@@ -117,6 +125,8 @@ pub const AOVS: &[Aov] = &[
     transmittance::AOV,
     samples::AOV,
     variance::AOV,
+    vsp::AOV,
+    vsp_target::AOV,
 ];
 
 /// The AOV called `name`.

@@ -131,6 +131,10 @@ impl Film {
         Ok(image)
     }
 
+    pub(crate) fn tiles(&self) -> &[Tile] {
+        &self.tiles
+    }
+
     pub(crate) fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
     }

@@ -7,6 +7,7 @@ pub mod aov;
 mod camera;
 mod film;
 mod filter;
+mod guide;
 mod path;
 mod session;
 mod world;

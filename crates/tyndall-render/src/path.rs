@@ -7,6 +7,7 @@
 
 mod direct;
 mod equiangular;
+mod lesson;
 mod record;
 mod roulette;
 mod segment;
@@ -14,6 +15,7 @@ mod statistics;
 mod surface;
 mod vertex;
 
+pub(crate) use lesson::Learned;
 pub use statistics::PathStatistics;
 
 use crate::aov::SampleRecord;
@@ -21,7 +23,9 @@ use crate::filter::sample_offset;
 use crate::world::{SegmentEnd, World, WorldScratch};
 use equiangular::Rival;
 use glam::{Vec2, Vec3A};
+use lesson::Lesson;
 use record::Recorder;
+use tyndall_guiding::SegmentGuide;
 use tyndall_math::Ray;
 use tyndall_math::Rgb;
 use tyndall_math::random::{PathSampler, Pcg};
@@ -67,9 +71,25 @@ struct Path<'a> {
     recorder: Recorder,
     /// The same as in [`Origin`], of the collision at hand.
     rival: Option<Rival>,
-    /// A stratified number for the first free flight, which decides between volume and surface: that choice is
-    /// most of the noise in thin media (a quarter less error in the jungle at 64 samples).
-    first_distance: Option<f32>,
+    /// How the camera's segment chooses between volume and surface; taken there.
+    first_choice: Option<FirstChoice>,
+    /// What that choice was, until the path's end tells what it was worth.
+    lesson: Option<Lesson>,
+}
+
+/// The choice between volume and surface on the camera's segment: most of the noise in thin media.
+struct FirstChoice {
+    /// A stratified number (a quarter less error in the jungle at 64 samples).
+    u: f32,
+    /// `None` tracks.
+    guide: Option<SegmentGuide>,
+}
+
+/// What one path gives.
+pub(crate) struct PathSample {
+    pub(crate) record: SampleRecord,
+    /// If the camera's segment was guided.
+    pub(crate) learned: Option<Learned>,
 }
 
 impl<'a> Integrator<'a> {
@@ -93,9 +113,10 @@ impl<'a> Integrator<'a> {
         pixel: [u32; 2],
         image_width: u32,
         sample: u64,
+        guide: Option<&SegmentGuide>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
-    ) -> SampleRecord {
+    ) -> PathSample {
         let pixel_id = u64::from(pixel[1]) * u64::from(image_width) + u64::from(pixel[0]);
         let mut sampler = PathSampler::new(self.seed, pixel_id, sample);
         let [film_x, film_y, lens_x, lens_y] = sampler.next_4d();
@@ -104,8 +125,10 @@ impl<'a> Integrator<'a> {
             / Vec2::new(self.resolution[0] as f32, self.resolution[1] as f32);
         // Without a lens the numbers for it are free.
         let has_lens = self.world.camera().has_lens();
-        let first_distance =
-            self.world.has_media().then(|| if has_lens { sampler.next_4d()[0] } else { lens_x });
+        let first_choice = self.world.has_media().then(|| FirstChoice {
+            u: if has_lens { sampler.next_4d()[0] } else { lens_x },
+            guide: guide.copied().filter(|guide| !guide.is_tracking()),
+        });
         let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
         let mut path = Path {
             world: self.world,
@@ -118,7 +141,8 @@ impl<'a> Integrator<'a> {
             max_scatter: self.max_scatter,
             recorder: Recorder::new(&camera_ray),
             rival: None,
-            first_distance,
+            first_choice,
+            lesson: None,
         };
         statistics.paths += 1;
         if self.world.has_media() {
@@ -126,7 +150,8 @@ impl<'a> Integrator<'a> {
         } else {
             path.trace::<false>(scratch, statistics);
         }
-        path.recorder.finish(self.world.camera().exposure_scale())
+        let learned = path.lesson.take().map(|lesson| lesson.learn(&path, statistics));
+        PathSample { record: path.recorder.finish(self.world.camera().exposure_scale()), learned }
     }
 }
 

@@ -3,7 +3,8 @@
 //! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
 //! order, so the number of threads never changes a bit of the image.
 
-use crate::film::Film;
+use crate::film::{Film, Tile};
+use crate::guide::{CameraGuide, TileLessons};
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
@@ -90,11 +91,20 @@ impl Session {
     pub fn render(&self, control: &Control) {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut guide = if self.world.has_media() {
+            CameraGuide::new(&film, self.settings.distance_sampling)
+        } else {
+            None
+        };
         let mut done = film.min_samples();
         while done < self.settings.samples && !control.is_stopped() {
             let target = (done + pass_size(done)).min(self.settings.samples);
             let image: &mut Film = &mut film;
-            let of_pass = self.pool.install(|| render_pass(&integrator, image, target, control));
+            let (of_pass, lessons) =
+                self.pool.install(|| render_pass(&integrator, image, target, guide.as_ref(), control));
+            if let Some(guide) = guide.as_mut().filter(|_| CameraGuide::learns_from(target)) {
+                guide.learn(image, &lessons);
+            }
             self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
             control.passes.fetch_add(1, Ordering::Relaxed);
             done = target;
@@ -133,38 +143,61 @@ fn pass_size(done: u32) -> u32 {
     done.clamp(1, MAX_PASS)
 }
 
-/// Brings every pixel to `target` samples.
-fn render_pass(integrator: &Integrator, film: &mut Film, target: u32, control: &Control) -> PathStatistics {
+/// Brings every pixel to `target` samples; returns what the paths did and, of each tile, what they taught.
+fn render_pass(
+    integrator: &Integrator,
+    film: &mut Film,
+    target: u32,
+    guide: Option<&CameraGuide>,
+    control: &Control,
+) -> (PathStatistics, Vec<TileLessons>) {
     let image_width = film.width();
-    film.tiles_mut()
-        .par_iter_mut()
-        .map(|tile| {
-            let mut statistics = PathStatistics::default();
-            let mut scratch = integrator.scratch();
-            for index in 0..tile.len() {
-                let (x, y) = tile.pixel(index);
-                let first = tile.sample_count(index);
-                for sample in first..target {
-                    if control.is_stopped() {
-                        return statistics;
-                    }
-                    let record = integrator.sample(
-                        [x, y],
-                        image_width,
-                        u64::from(sample),
-                        &mut scratch,
-                        &mut statistics,
-                    );
-                    tile.add(index, record);
-                }
-                control.samples.fetch_add(u64::from(target.saturating_sub(first)), Ordering::Relaxed);
+    let tile_of = |tile: &mut Tile| render_tile(integrator, tile, image_width, target, guide, control);
+    let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(tile_of).collect();
+    let mut statistics = PathStatistics::default();
+    let mut lessons = Vec::new();
+    for (of_tile, learned) in tiles {
+        statistics.merge(&of_tile);
+        lessons.extend(learned);
+    }
+    (statistics, lessons)
+}
+
+fn render_tile(
+    integrator: &Integrator,
+    tile: &mut Tile,
+    image_width: u32,
+    target: u32,
+    guide: Option<&CameraGuide>,
+    control: &Control,
+) -> (PathStatistics, Option<TileLessons>) {
+    let mut statistics = PathStatistics::default();
+    let mut lessons = guide.filter(|_| CameraGuide::learns_from(target)).map(|_| TileLessons::new(tile));
+    let mut scratch = integrator.scratch();
+    for index in 0..tile.len() {
+        let (x, y) = tile.pixel(index);
+        let first = tile.sample_count(index);
+        let told = guide.map(|guide| guide.lookup([x, y]));
+        for sample in first..target {
+            if control.is_stopped() {
+                return (statistics, lessons);
             }
-            statistics
-        })
-        .reduce(PathStatistics::default, |mut a, b| {
-            a.merge(&b);
-            a
-        })
+            let path = integrator.sample(
+                [x, y],
+                image_width,
+                u64::from(sample),
+                told.as_ref(),
+                &mut scratch,
+                &mut statistics,
+            );
+            tile.add(index, path.record);
+            if let (Some(lessons), Some(learned), Some(told)) = (&mut lessons, &path.learned, &told) {
+                lessons.add(index, learned, told);
+            }
+        }
+        control.samples.fetch_add(u64::from(target.saturating_sub(first)), Ordering::Relaxed);
+    }
+    (statistics, lessons)
 }
 
 #[cfg(test)]

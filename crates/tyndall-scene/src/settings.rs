@@ -14,6 +14,21 @@ pub enum PixelFilter {
     Box,
 }
 
+/// How the distance to the next scattering is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum DistanceSampling {
+    /// What is measured to pay: odds or delta tracking.
+    #[default]
+    Auto,
+    /// Volume scattering probability guiding by learned odds.
+    Odds,
+    /// Volume scattering probability guiding by a learned probability, as published.
+    Target,
+    /// By transmittance alone.
+    Delta,
+}
+
 /// What a render is asked for. Field names in camelCase are the names everywhere else ([`RenderSettings::SPECS`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields, default)]
@@ -37,6 +52,8 @@ pub struct RenderSettings {
     pub threads: u32,
     /// Pixel filter.
     pub filter: PixelFilter,
+    /// How the distance to the next scattering is sampled.
+    pub distance_sampling: DistanceSampling,
     /// AOVs to write, by name.
     pub aovs: Vec<String>,
 }
@@ -53,6 +70,7 @@ impl Default for RenderSettings {
             seed: 0,
             threads: 0,
             filter: PixelFilter::default(),
+            distance_sampling: DistanceSampling::default(),
             aovs: vec!["rgba".to_owned()],
         }
     }
@@ -132,6 +150,12 @@ impl RenderSettings {
         ),
         number("threads", "int", 0.0, 1024.0, "Worker threads; 0 is all cores."),
         text("filter", "token", &["blackman-harris", "box"], "Pixel filter."),
+        text(
+            "distanceSampling",
+            "token",
+            &["auto", "odds", "target", "delta"],
+            "How the distance to the next scattering is sampled.",
+        ),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];
 

@@ -30,4 +30,7 @@ pub use medium::{Coefficients, Emission, GridDensity, Medium, Span};
 pub use phase::{Phase, PhaseMix, PhaseSample};
 pub use point::{collision_density, scattering_at};
 pub use transmittance::transmittance;
-pub use walk::{Candidate, CandidateVisitor, Cell, Event, Segment, Walk, WalkStats, sample_collision};
+pub use walk::{
+    Candidate, CandidateSums, CandidateVisitor, Cell, Event, ResampleOptions, Resampled, Segment, Walk, WalkStats,
+    resample_collision, sample_collision,
+};

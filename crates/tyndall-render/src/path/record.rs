@@ -37,6 +37,12 @@ impl Recorder {
         }
     }
 
+    /// What has been gathered so far, without the camera's exposure.
+    #[inline]
+    pub(super) fn radiance(&self) -> Rgb {
+        self.record.radiance
+    }
+
     /// Adds radiance arriving at the camera (throughput included).
     #[inline]
     pub(super) fn add(&mut self, radiance: Rgb) {
@@ -69,6 +75,15 @@ impl Recorder {
         if self.first == First::None {
             self.first = First::Medium;
             self.record.albedo = albedo;
+        }
+    }
+
+    /// How the camera's segment chose between scattering and passing.
+    #[inline]
+    pub(super) fn choose(&mut self, probability: f32, scatters: bool) {
+        if self.is_first_segment && self.first == First::None {
+            self.record.scatter_probability = probability;
+            self.record.scatters = f32::from(u8::from(scatters));
         }
     }
 

@@ -1,9 +1,12 @@
 //! What happens along a segment, up to its end.
 
 use super::equiangular::Rival;
-use super::{Path, PathStatistics, Scratch};
+use super::lesson::Lesson;
+use super::{FirstChoice, Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
-use tyndall_volume::PhaseMix;
+use tyndall_guiding::SegmentGuide;
+use tyndall_math::Ray;
+use tyndall_volume::{PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
 
 /// Where the path goes on.
 pub(super) enum Event {
@@ -36,18 +39,17 @@ impl Path<'_> {
         if let Some(lit) = &lit {
             self.add_segment_light::<MEDIA>(lit, &ray, scratch, statistics);
         }
-        if let Some(u) = self.first_distance.take() {
-            self.rng.lead_with(u);
-        }
-        let walk = tyndall_volume::sample_collision(
-            self.world.media(),
-            &scratch.spans,
-            &ray,
-            self.throughput,
-            &mut self.rng,
-            &mut statistics.walks,
-        );
-        self.recorder.add_medium_light(self.throughput * walk.emission);
+        let walk = match self.first_choice.take() {
+            Some(FirstChoice { u, guide: Some(guide) }) => {
+                self.sample_guided(&guide, u, &ray, scratch, statistics)
+            }
+            first => {
+                if let Some(first) = first {
+                    self.rng.lead_with(first.u);
+                }
+                self.track(&ray, scratch, statistics)
+            }
+        };
         self.throughput *= walk.weight;
         match walk.event {
             tyndall_volume::Event::Scatter { t, phase } => {
@@ -59,5 +61,51 @@ impl Path<'_> {
                 Event::Pass
             }
         }
+    }
+
+    /// By transmittance.
+    fn track(&mut self, ray: &Ray, scratch: &Scratch, statistics: &mut PathStatistics) -> Walk {
+        let walk = sample_collision(
+            self.world.media(),
+            &scratch.spans,
+            ray,
+            self.throughput,
+            &mut self.rng,
+            &mut statistics.walks,
+        );
+        self.recorder.add_medium_light(self.throughput * walk.emission);
+        let scatters = matches!(walk.event, tyndall_volume::Event::Scatter { .. });
+        // An unbiased estimate of what tracking's probability was.
+        self.recorder.choose(f32::from(u8::from(scatters)), scatters);
+        walk
+    }
+
+    /// With the probability to scatter that `guide` gives.
+    fn sample_guided(
+        &mut self,
+        guide: &SegmentGuide,
+        u: f32,
+        ray: &Ray,
+        scratch: &Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Walk {
+        let options =
+            ResampleOptions { majorant_scale: guide.majorant_scale(), faint: guide.faint() };
+        let resampled = resample_collision(
+            self.world.media(),
+            &scratch.spans,
+            ray,
+            self.throughput,
+            options,
+            |sums| guide.select_probability(sums.w, sums.t_hat, sums.majorant_depth),
+            u,
+            &mut self.rng,
+            &mut statistics.walks,
+        );
+        self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
+        let scatters = matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. });
+        self.recorder.choose(resampled.probability, scatters);
+        self.lesson = Some(Lesson::new(self, &resampled, ray.t_max, statistics));
+        resampled.walk
     }
 }

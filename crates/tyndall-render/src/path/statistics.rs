@@ -20,6 +20,11 @@ pub struct PathStatistics {
 }
 
 impl PathStatistics {
+    /// Rays of all kinds.
+    pub fn rays(&self) -> u64 {
+        self.segments + self.shadow_rays
+    }
+
     /// Adds the counts of `other`.
     pub fn merge(&mut self, other: &Self) {
         self.paths += other.paths;

@@ -7,6 +7,8 @@ use crate::testing::{Mean, RgbMean, cloud, homogeneous, placement, with_grid};
 use crate::{BrickGrid, Emission, Phase, SparseVoxels};
 use glam::{Affine3A, IVec3, Vec3, Vec3A};
 
+mod resample;
+
 const WHITE: Rgb = Rgb::ONE;
 
 fn along_x(t_max: f32) -> Ray {
@@ -57,14 +59,32 @@ fn assert_unbiased(media: &[Medium], spans: &[Span], ray: &Ray, beta: Rgb, n: u3
     m
 }
 
+/// What ray marching finds.
+struct Exact {
+    sums: oracle::March,
+    scattered_t: [f64; 3],
+}
+
+impl Exact {
+    fn march(media: &[Medium], spans: &[Span], ray: &Ray) -> Self {
+        const STEPS: u32 = 60_000;
+        Self {
+            sums: oracle::march(media, spans, ray, STEPS, |_| 1.0),
+            scattered_t: oracle::march(media, spans, ray, STEPS, |t| t).scattered,
+        }
+    }
+}
+
 impl Moments {
     fn assert_matches(&self, media: &[Medium], spans: &[Span], ray: &Ray) {
-        const STEPS: u32 = 60_000;
-        let exact = oracle::march(media, spans, ray, STEPS, |_| 1.0);
-        self.pass.assert_near(exact.transmittance, "pass");
-        self.scatter.assert_near(exact.scattered, "scatter");
-        self.emission.assert_near(exact.emission, "emission");
-        self.scatter_t.assert_near(oracle::march(media, spans, ray, STEPS, |t| t).scattered, "scatter at t");
+        self.assert_near(&Exact::march(media, spans, ray));
+    }
+
+    fn assert_near(&self, exact: &Exact) {
+        self.pass.assert_near(exact.sums.transmittance, "pass");
+        self.scatter.assert_near(exact.sums.scattered, "scatter");
+        self.emission.assert_near(exact.sums.emission, "emission");
+        self.scatter_t.assert_near(exact.scattered_t, "scatter at t");
     }
 }
 

@@ -9,6 +9,7 @@ use super::closed_form::attenuation;
 use super::segment::{Cell, Segment};
 use super::{Event, LONG_WALK, Walk, WalkStats, survives_length};
 use crate::medium::Coefficients;
+use crate::phase::PhaseMix;
 use glam::Vec3A;
 use std::ops::ControlFlow;
 use tyndall_math::Rgb;
@@ -101,24 +102,93 @@ impl Segment<'_> {
     }
 }
 
-/// What the tracker carries.
-struct State {
+/// What is left of the light after the null collisions so far.
+pub(super) struct NullPath {
     /// Weights of the channels, and the shares of the path's throughput they are applied to.
-    w: Rgb,
+    pub(super) w: Rgb,
     channels: Vec3A,
     n: u32,
-    violations: u32,
+    pub(super) violations: u32,
 }
 
-impl State {
+/// A candidate as the channels see it.
+pub(super) struct Collision {
+    /// Probability that it is real; 0 where nothing scatters.
+    pub(super) p: f32,
+    /// σ_t/σ̄ per channel.
+    real: Rgb,
+    /// 1/σ̄.
+    per_bar: f32,
+    carried: Vec3A,
+}
+
+impl NullPath {
+    pub(super) fn new(channels: Vec3A) -> Self {
+        Self { w: Rgb::ONE, channels, n: 0, violations: 0 }
+    }
+
     /// What each channel carries, relative to the strongest.
     fn carried(&self) -> Vec3A {
         let carried = (self.w * self.channels).abs();
         carried / carried.max_element()
     }
 
+    /// 1 for channels that carry anything.
+    pub(super) fn live(&self) -> Vec3A {
+        Vec3A::select((self.w * self.channels).cmpne(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO)
+    }
+
+    /// A closed form for what a cell without grids absorbs where nothing scatters. Breaks when nothing is left; else
+    /// says whether the cell is dealt with.
+    pub(super) fn enter(&mut self, cell: &Cell) -> ControlFlow<(), bool> {
+        if cell.n_grids > 0 {
+            return ControlFlow::Continue(false);
+        }
+        if !cell.scatters {
+            self.w *= attenuation(cell.homogeneous.sigma_t, cell.t1 - cell.t0);
+            if self.live() == Vec3A::ZERO {
+                return ControlFlow::Break(());
+            }
+        }
+        ControlFlow::Continue(!cell.scatters)
+    }
+
+    /// Probability that the collision is real: the mean over what the channels carry; never where nothing scatters.
+    pub(super) fn collide(&mut self, candidate: &Candidate) -> Collision {
+        let c = &candidate.coefficients;
+        let per_bar = candidate.sigma_bar.recip();
+        let real = c.sigma_t * per_bar;
+        let is_violated = (real * self.live()).max_element() > 1.0 + 4.0 * f32::EPSILON;
+        self.violations += u32::from(is_violated);
+        let carried = self.carried();
+        let mean = (real * carried).dot(Vec3A::ONE) / carried.dot(Vec3A::ONE);
+        let p = match (c.scatters(), is_violated) {
+            (false, _) => 0.0,
+            (true, false) => mean.min(1.0),
+            (true, true) => P_VIOLATED,
+        };
+        Collision { p, real, per_bar, carried }
+    }
+
+    /// The phase function of a real collision, and the weight with 1/p in it.
+    pub(super) fn scatter(
+        &self,
+        segment: &mut Segment<'_>,
+        collision: &Collision,
+        rng: &mut Pcg,
+    ) -> (PhaseMix, Rgb) {
+        let (phase, sigma_s) = segment.scatter(collision.carried, rng);
+        (phase, self.w * (sigma_s * (collision.per_bar / collision.p)))
+    }
+
+    /// Takes the collision as a null collision; false when nothing is left to carry on.
+    pub(super) fn pass(&mut self, collision: &Collision, absorbs_only: bool, rng: &mut Pcg) -> bool {
+        self.w *= self.live() * (Rgb::ONE - collision.real) / (1.0 - collision.p);
+        self.survives_roulette(absorbs_only, rng)
+    }
+
     /// Ends channels and walks that carry next to nothing, without bias.
-    fn roulette(&mut self, absorbs_only: bool, rng: &mut Pcg) -> bool {
+    fn survives_roulette(&mut self, absorbs_only: bool, rng: &mut Pcg) -> bool {
         let carried = self.carried();
         for c in 0..3 {
             if carried[c] > 0.0 && carried[c] < FAINT_CHANNEL {
@@ -141,34 +211,25 @@ pub(super) fn sample(
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Walk {
-    let mut state = State { w: Rgb::ONE, channels, n: 0, violations: 0 };
-    let ended = segment.for_each_candidate(scale, &mut state, rng, stats);
-    stats.majorant_violations += u64::from(state.violations);
-    let (event, weight) = ended.unwrap_or((Event::Pass, state.w));
-    Walk { majorant_violations: state.violations, ..Walk::scatter(event, weight) }
+    let mut path = NullPath::new(channels);
+    let ended = segment.for_each_candidate(scale, &mut path, rng, stats);
+    stats.majorant_violations += u64::from(path.violations);
+    let (event, weight) = ended.unwrap_or((Event::Pass, path.w));
+    Walk { majorant_violations: path.violations, ..Walk::scatter(event, weight) }
 }
 
-impl CandidateVisitor for State {
+impl CandidateVisitor for NullPath {
     type Outcome = (Event, Rgb);
 
-    /// A closed form for what a cell without grids absorbs where nothing scatters.
     fn enter(&mut self, cell: &Cell) -> ControlFlow<(Event, Rgb), bool> {
-        if cell.n_grids > 0 {
-            return ControlFlow::Continue(false);
+        match self.enter(cell) {
+            ControlFlow::Continue(is_done) => ControlFlow::Continue(is_done),
+            ControlFlow::Break(()) => ControlFlow::Break((Event::Pass, Rgb::ZERO)),
         }
-        let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
-        if !cell.scatters {
-            self.w *= attenuation(c.sigma_t, dt);
-            if self.live() == Vec3A::ZERO {
-                return ControlFlow::Break((Event::Pass, Rgb::ZERO));
-            }
-        }
-        ControlFlow::Continue(!cell.scatters)
     }
 
-    /// 1 for channels that carry anything.
     fn live(&self) -> Vec3A {
-        Vec3A::select((self.w * self.channels).cmpne(Vec3A::ZERO), Vec3A::ONE, Vec3A::ZERO)
+        self.live()
     }
 
     fn visit(
@@ -177,27 +238,12 @@ impl CandidateVisitor for State {
         candidate: &Candidate,
         rng: &mut Pcg,
     ) -> ControlFlow<(Event, Rgb)> {
-        let c = &candidate.coefficients;
-        let per_bar = candidate.sigma_bar.recip();
-        let (real, live) = (c.sigma_t * per_bar, self.live());
-        let is_violated = (real * live).max_element() > 1.0 + 4.0 * f32::EPSILON;
-        self.violations += u32::from(is_violated);
-
-        // Probability that the collision is real: the mean over what the channels carry; never where nothing scatters.
-        let carried = self.carried();
-        let mean = (real * carried).dot(Vec3A::ONE) / carried.dot(Vec3A::ONE);
-        let p = match (c.scatters(), is_violated) {
-            (false, _) => 0.0,
-            (true, false) => mean.min(1.0),
-            (true, true) => P_VIOLATED,
-        };
-        if rng.next_f32() < p {
-            let (phase, sigma_s) = segment.scatter(carried, rng);
-            let weight = self.w * (sigma_s * (per_bar / p));
+        let collision = self.collide(candidate);
+        if rng.next_f32() < collision.p {
+            let (phase, weight) = self.scatter(segment, &collision, rng);
             return ControlFlow::Break((Event::Scatter { t: candidate.t, phase }, weight));
         }
-        self.w *= live * (Rgb::ONE - real) / (1.0 - p);
-        if !self.roulette(!candidate.scatters, rng) {
+        if !self.pass(&collision, !candidate.scatters, rng) {
             return ControlFlow::Break((Event::Pass, Rgb::ZERO));
         }
         ControlFlow::Continue(())

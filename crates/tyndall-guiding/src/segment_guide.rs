@@ -1,0 +1,181 @@
+//! What a segment is told: track, or choose with which probability.
+//!
+//! Choosing has its price: all candidates must be seen, where delta tracking stops at the first real collision; and a
+//! path through the volume may cost more than one that starts at the surface. [`Strategy::Auto`] therefore compares
+//! variance times cost of both, as far as the sums tell, and tracks where choosing would not pay.
+
+use crate::moments::Moments;
+use crate::{ScatteringOdds, TargetProbability, headroom_depth};
+
+/// Share of the guided probability; the rest is delta tracking's (0.75 in the paper's tests).
+const ALPHA: f32 = 0.75;
+/// Majorants are scaled at least this much: a tight one would force a scattering.
+const SLACK: f32 = 1.05;
+/// Largest factor on majorants; thinner media than this compensates count as empty.
+const MAX_SCALE: f32 = 1e3;
+/// Part of T̂ that must remain, or the walk plays roulette.
+const FAINT: f32 = 0.05;
+/// Segments a pixel and its neighbours must have told of before tracking is chosen.
+const MIN_SAMPLES: f32 = 64.0;
+/// Gain in variance times cost that choosing must promise: less is within the error of the promise.
+const MIN_GAIN: f32 = 1.1;
+/// What seeing all candidates costs, in rays.
+const CHOICE_COST: f32 = 0.1;
+
+/// How the distance along camera segments is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Strategy {
+    /// Odds where they pay, tracking elsewhere.
+    #[default]
+    Auto,
+    /// Odds, P_v = κW/(κW+T̂).
+    Odds,
+    /// The probability P* of the variance criterion (Xu et al. 2024).
+    Target,
+}
+
+/// How a segment decides between scattering and passing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Choice {
+    Track,
+    Odds(ScatteringOdds),
+    Target(TargetProbability),
+}
+
+/// What a segment is told.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SegmentGuide {
+    choice: Choice,
+    majorant_scale: f32,
+    outlier_limit: f32,
+}
+
+impl Default for SegmentGuide {
+    /// Delta tracking's probability, by choosing: so that something is learned.
+    fn default() -> Self {
+        Self {
+            choice: Choice::Odds(ScatteringOdds::default()),
+            majorant_scale: SLACK,
+            outlier_limit: f32::INFINITY,
+        }
+    }
+}
+
+impl SegmentGuide {
+    /// What filtered sums say.
+    pub fn from_moments(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
+        let outlier_limit = moments.outlier_limit();
+        let odds = costs.weigh(moments.odds());
+        let choice = match strategy {
+            Strategy::Odds => Choice::Odds(odds),
+            Strategy::Auto if moments.n >= MIN_SAMPLES && gain(moments, odds, costs) < MIN_GAIN => {
+                return Self { choice: Choice::Track, majorant_scale: 1.0, outlier_limit };
+            }
+            Strategy::Auto => Choice::Odds(odds),
+            Strategy::Target => match moments.variance_target() {
+                Some(target) => Choice::Target(TargetProbability::new(target)),
+                None => Choice::Odds(odds),
+            },
+        };
+        let majorant_scale = majorant_scale(moments, &choice);
+        Self { choice, majorant_scale, outlier_limit }
+    }
+
+    /// Plain delta tracking will do; nothing needs to be learned from the segment.
+    #[inline]
+    pub fn is_tracking(&self) -> bool {
+        self.choice == Choice::Track
+    }
+
+    /// P_v for the candidates' weight W, the transmittance T̂ and the depth of the scaled majorants.
+    #[inline]
+    pub fn select_probability(&self, w: f32, t_hat: f32, majorant_depth: f32) -> f32 {
+        match self.choice {
+            Choice::Track => ScatteringOdds::default().select_probability(w, t_hat, 0.0),
+            Choice::Odds(odds) => odds.select_probability(w, t_hat, ALPHA),
+            Choice::Target(target) => target.select_probability(w, t_hat, majorant_depth, ALPHA),
+        }
+    }
+
+    /// Factor on majorants, at least 1.
+    #[inline]
+    pub fn majorant_scale(&self) -> f32 {
+        self.majorant_scale
+    }
+
+    /// T̂ below which a walk plays roulette: sooner where the surface is the darker class.
+    #[inline]
+    pub fn faint(&self) -> f32 {
+        match self.choice {
+            Choice::Odds(odds) => FAINT * odds.kappa().min(1.0),
+            Choice::Track | Choice::Target(_) => FAINT,
+        }
+    }
+
+    /// The limit for [`Moments::add`] of this pass; infinite as long as too little is known.
+    #[inline]
+    pub fn outlier_limit(&self) -> f32 {
+        self.outlier_limit
+    }
+}
+
+/// The factor that lets the probability to expect be reached: [`headroom_depth`] against the mean optical depth.
+fn majorant_scale(moments: &Moments, choice: &Choice) -> f32 {
+    let predicted = match choice {
+        Choice::Track => return 1.0,
+        Choice::Odds(odds) => odds.predicted_probability(moments.w, moments.t),
+        Choice::Target(target) => target.target(),
+    };
+    let depth = -(moments.t / moments.n).ln();
+    if depth > 0.0 && depth.is_finite() { (headroom_depth(depth, predicted) / depth).clamp(SLACK, MAX_SCALE) } else { SLACK }
+}
+
+/// What paths cost after the choice, in rays: sums over segments of each class.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ClassCosts {
+    /// Rays of paths that scattered in the volume, and their number.
+    pub volume: (u64, u64),
+    /// The same of paths that passed.
+    pub surface: (u64, u64),
+}
+
+impl ClassCosts {
+    /// Adds the paths of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        for (sum, new) in [(&mut self.volume, other.volume), (&mut self.surface, other.surface)] {
+            *sum = (sum.0 + new.0, sum.1 + new.1);
+        }
+    }
+
+    /// Rays of a mean path of each class, with the camera's own.
+    fn means(&self) -> [f32; 2] {
+        [self.volume, self.surface].map(|(rays, paths)| 1.0 + rays as f32 / paths.max(1) as f32)
+    }
+
+    /// The odds that minimise variance times cost: RMS radiances count divided by the root of what a sample costs.
+    fn weigh(&self, odds: ScatteringOdds) -> ScatteringOdds {
+        let [volume, surface] = self.means();
+        ScatteringOdds::new(odds.kappa() * (surface / volume).sqrt())
+    }
+}
+
+/// How much variance times cost delta tracking has for one of choosing by `odds`.
+fn gain(moments: &Moments, odds: ScatteringOdds, costs: &ClassCosts) -> f32 {
+    let Some([volume, surface]) = moments.mean_squares() else { return 0.0 };
+    let [of_volume, of_surface] = costs.means();
+    let (w, t) = (moments.w / moments.n, moments.t / moments.n);
+    let total = w + t;
+    let mean = (moments.volume_x + moments.surface_x) / moments.n;
+    let efficiency = |p: f32, extra: f32| {
+        let variance = w * w * volume / p + t * t * surface / (1.0 - p) - mean * mean;
+        let cost = p * of_volume + (1.0 - p) * of_surface + extra;
+        variance.max(0.0) * cost
+    };
+    let tracked = efficiency(w / total, 0.0);
+    let chosen = efficiency(odds.select_probability(w, t, ALPHA), CHOICE_COST);
+    if tracked > 0.0 { tracked / chosen.max(f32::MIN_POSITIVE) } else { 0.0 }
+}
+
+#[cfg(test)]
+#[path = "segment_guide_tests.rs"]
+mod tests;

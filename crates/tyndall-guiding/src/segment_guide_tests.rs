@@ -1,0 +1,86 @@
+//! Choosing where it pays, tracking where it does not.
+
+use super::*;
+use crate::{EventClass, SegmentSample};
+use tyndall_math::random::Pcg;
+
+const EQUAL_COSTS: ClassCosts = ClassCosts { volume: (300, 100), surface: (300, 100) };
+
+/// Segments of W = `w` whose classes have these mean radiances, with noise of `spread` times the mean.
+fn moments(w: f32, lv: f32, ls: f32, spread: f32) -> Moments {
+    let mut rng = Pcg::new(&[8]);
+    let mut moments = Moments::default();
+    for _ in 0..20_000 {
+        let scatter = rng.next_f32() < w;
+        let noise = 1.0 + spread * (2.0 * rng.next_f32() - 1.0) * 3f32.sqrt();
+        moments.add(
+            &SegmentSample {
+                class: if scatter { EventClass::Volume } else { EventClass::Surface },
+                value: (noise * if scatter { lv } else { ls }).max(0.0),
+                probability: if scatter { w } else { 1.0 - w },
+                w,
+                t_hat: 1.0 - w,
+                volume_depth: 1.0,
+                surface_depth: 2.0,
+            },
+            f32::INFINITY,
+        );
+    }
+    moments
+}
+
+#[test]
+fn auto_tracks_where_both_classes_are_as_bright_and_chooses_where_they_are_not() {
+    let is_tracking = |moments: &Moments| {
+        SegmentGuide::from_moments(moments, Strategy::Auto, &EQUAL_COSTS).is_tracking()
+    };
+    assert!(is_tracking(&moments(0.5, 1.0, 1.0, 0.5)));
+    assert!(is_tracking(&moments(0.02, 1.0, 1.0, 0.1)));
+    assert!(!is_tracking(&moments(0.05, 40.0, 1.0, 0.5)));
+    assert!(!is_tracking(&moments(0.9, 0.05, 1.0, 0.5)));
+    // Nothing known yet, and nothing to choose between.
+    assert!(!is_tracking(&Moments { n: 3.0, ..moments(0.5, 1.0, 1.0, 0.5) }));
+    assert!(is_tracking(&Moments { n: 1000.0, t: 1000.0, t2: 1000.0, ..Moments::default() }));
+    let never = SegmentGuide::from_moments(&moments(0.5, 1.0, 1.0, 0.5), Strategy::Odds, &EQUAL_COSTS);
+    assert!(!never.is_tracking());
+}
+
+#[test]
+fn dear_paths_are_chosen_less() {
+    let moments = moments(0.3, 2.0, 1.0, 0.5);
+    let p = |volume: u64, surface: u64| {
+        let costs = ClassCosts { volume: (volume * 100, 100), surface: (surface * 100, 100) };
+        SegmentGuide::from_moments(&moments, Strategy::Odds, &costs).select_probability(0.3, 0.7, 1.0)
+    };
+    assert!(p(9, 1) < p(3, 3) && p(3, 3) < p(1, 9));
+    // κ = 2 divided by the root of 16 / 4.
+    let kappa = ScatteringOdds::new(2.0 * (4f32 / 16.0).sqrt());
+    assert!((p(15, 3) - kappa.select_probability(0.3, 0.7, 0.75)).abs() < 0.01);
+}
+
+#[test]
+fn thin_media_get_candidates_enough() {
+    for (w, lv) in [(0.01f32, 1000.0), (0.2, 30.0), (0.9, 1.0)] {
+        let guide = SegmentGuide::from_moments(&moments(w, lv, 1.0, 0.1), Strategy::Odds, &EQUAL_COSTS);
+        let depth = -(1.0 - w).ln() * guide.majorant_scale();
+        let wanted = ScatteringOdds::new(lv).predicted_probability(w, 1.0 - w);
+        assert!(depth >= -(1.0 - wanted.min(0.79) / 0.8).ln() * 0.9, "{w}: depth {depth} for {wanted}");
+        assert!((SLACK..=MAX_SCALE).contains(&guide.majorant_scale()));
+    }
+}
+
+#[test]
+fn any_sums_give_probabilities_inside() {
+    let absurd = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
+    for a in absurd {
+        for b in absurd {
+            let moments = Moments { volume_x2: a, w2: b, surface_x2: b, t2: a, w: b, t: a, n: b, ..Moments::default() };
+            for strategy in [Strategy::Auto, Strategy::Odds, Strategy::Target] {
+                let guide = SegmentGuide::from_moments(&moments, strategy, &ClassCosts::default());
+                let p = guide.select_probability(0.3, 0.7, 2.0);
+                assert!(p > 0.0 && p < 1.0, "{p} of {moments:?}");
+                assert!((1.0..=MAX_SCALE).contains(&guide.majorant_scale()) && guide.faint() <= FAINT);
+            }
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! What a path teaches about its choice between volume and surface.
+
+use super::{Path, PathStatistics};
+use tyndall_guiding::{EventClass, SegmentSample};
+use tyndall_math::{Rgb, max_component};
+use tyndall_volume::{CandidateSums, Event, Resampled};
+
+/// A choice whose outcome is not yet known.
+pub(super) struct Lesson {
+    sums: CandidateSums,
+    class: EventClass,
+    /// Probability of `class`.
+    probability: f32,
+    /// Distance of the scattering; of the segment's end.
+    depths: [f32; 2],
+    /// What the path had gathered, and the rays it had traced, before.
+    radiance: Rgb,
+    rays: u64,
+}
+
+/// A lesson for [`tyndall_guiding::Moments`], with the rays that were traced after the choice.
+pub(crate) struct Learned {
+    pub(crate) sample: SegmentSample,
+    pub(crate) rays: u64,
+}
+
+impl Lesson {
+    /// The choice that `resampled` made on a segment ending at `end`.
+    pub(super) fn new(path: &Path<'_>, resampled: &Resampled, end: f32, statistics: &PathStatistics) -> Self {
+        let (class, probability, t) = match resampled.walk.event {
+            Event::Scatter { t, .. } => (EventClass::Volume, resampled.probability, t),
+            Event::Pass => (EventClass::Surface, 1.0 - resampled.probability, end),
+        };
+        Self {
+            sums: resampled.sums,
+            class,
+            probability,
+            depths: [t, end],
+            radiance: path.recorder.radiance(),
+            rays: statistics.rays(),
+        }
+    }
+
+    /// What came of it by the end of the path: X is the largest channel of what was gathered since.
+    pub(super) fn learn(self, path: &Path<'_>, statistics: &PathStatistics) -> Learned {
+        let sample = SegmentSample {
+            class: self.class,
+            value: max_component(path.recorder.radiance() - self.radiance).max(0.0),
+            probability: self.probability,
+            w: self.sums.w,
+            t_hat: self.sums.t_hat,
+            volume_depth: self.depths[0],
+            surface_depth: self.depths[1],
+        };
+        Learned { sample, rays: statistics.rays() - self.rays }
+    }
+}

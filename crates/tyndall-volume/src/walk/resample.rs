@@ -1,0 +1,223 @@
+//! Distance sampling with a chosen probability to scatter (Xu et al. 2024, Algorithm 1).
+//!
+//! All candidates of a segment are seen before anything is decided. With x_i their positions and p_i the probability
+//! that the collision there is real, w_i = p_i Π_{j<i} (1 - p_j) are delta tracking's probabilities; W = Σ w_i, and
+//! T̂ = Π (1 - p_i) estimates the transmittance. The caller answers W and T̂ with *any* probability P_v to scatter;
+//! candidate i is then taken with w_i / W. The weights W/P_v and T̂/(1-P_v) keep the mean what it is:
+//! E = Σ_i P_v (w_i/W) f_i W/P_v + (1-P_v) f_end T̂/(1-P_v) = Σ w_i f_i + T̂ f_end, whatever P_v was made of.
+//!
+//! In homogeneous media W = 1 - T in closed form, without candidates.
+//!
+//! Channels: p_i is the mean of the channels' σ_t/σ̄ weighted by what they still carry, as in [`super::track`]; the rest
+//! is a colour of the candidate, so that W and T̂ are scalars. Media that only absorb are a colour too.
+
+use super::channels::channel_weights;
+use super::homogeneous::Transmitted;
+use super::segment::{Cell, Segment};
+use super::track::{Candidate, CandidateVisitor, NullPath};
+use super::{Event, Present, Walk, WalkStats, emission};
+use crate::medium::{Medium, Span};
+use glam::Vec3A;
+use std::ops::ControlFlow;
+use tyndall_math::random::Pcg;
+use tyndall_math::{Ray, Rgb};
+
+/// Survival of the roulette that ends walks nobody sees the end of.
+const SURVIVAL: f32 = 0.25;
+/// Spacing of the numbers that decide.
+const U_DIGIT: f64 = 1.0 / 8_388_608.0;
+
+/// What all candidates of a segment amount to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CandidateSums {
+    /// W, the weight of all candidates; 0 if nothing can scatter.
+    pub w: f32,
+    /// T̂, the estimated transmittance; 0 if nothing passes. W + T̂ = 1 without roulette.
+    pub t_hat: f32,
+    /// Optical depth of the scaled majorants: with exp(-depth) there is no candidate. Infinite in closed forms, which
+    /// always have one.
+    pub majorant_depth: f32,
+}
+
+/// A segment sampled with a chosen probability.
+#[derive(Debug, Clone)]
+pub struct Resampled {
+    /// The sampled event, its weight with W/P_v or T̂/(1-P_v) in it.
+    pub walk: Walk,
+    /// What there was to choose between.
+    pub sums: CandidateSums,
+    /// P_v, the probability with which a scattering was chosen.
+    pub probability: f32,
+}
+
+/// How [`resample_collision`] walks.
+#[derive(Debug, Clone, Copy)]
+pub struct ResampleOptions {
+    /// Factor ≥ 1 on majorants: more candidates, so that a probability above 1 - exp(-τ̄) can be reached, and slack, so
+    /// that one below it can where majorants are tight. Must not depend on the segment's random numbers.
+    pub majorant_scale: f32,
+    /// T̂ below which the walk must survive a roulette to see more of the medium.
+    pub faint: f32,
+}
+
+/// What can happen on a segment, and how likely delta tracking finds it.
+pub(super) struct Outcomes {
+    pub(super) sums: CandidateSums,
+    /// Factor on the throughput of a pass, T̂ left out.
+    pub(super) pass: Rgb,
+    pub(super) violations: u32,
+}
+
+/// Samples a scattering on the segment, or its end, with the probability that `choose` returns, strictly between 0 and 1;
+/// it is not asked where W or T̂ is 0. `u` in [0, 1) decides; in homogeneous media it gives the distance as well.
+///
+/// The other arguments are those of [`super::sample_collision`].
+#[allow(clippy::too_many_arguments, reason = "the arguments of the other walks and how to guide this one")]
+pub fn resample_collision(
+    media: &[Medium],
+    spans: &[Span],
+    ray: &Ray,
+    throughput: Rgb,
+    options: ResampleOptions,
+    choose: impl FnOnce(&CandidateSums) -> f32,
+    u: f32,
+    rng: &mut Pcg,
+    stats: &mut WalkStats,
+) -> Resampled {
+    let Some(channels) = channel_weights(throughput) else {
+        let sums = CandidateSums { w: 0.0, t_hat: 1.0, majorant_depth: 0.0 };
+        return Resampled { walk: Walk::pass(Rgb::ZERO), sums, probability: 0.0 };
+    };
+    let mut resampled = resample(media, spans, ray, channels, options, choose, u, rng, stats);
+    if let Some(end) = emission::last_emissive(media, spans, ray) {
+        resampled.walk.emission = emission::gather(media, spans, &ray.up_to(end), rng, stats);
+    }
+    resampled
+}
+
+#[allow(clippy::too_many_arguments, reason = "as above")]
+#[inline]
+fn resample(
+    media: &[Medium],
+    spans: &[Span],
+    ray: &Ray,
+    channels: Vec3A,
+    options: ResampleOptions,
+    choose: impl FnOnce(&CandidateSums) -> f32,
+    u: f32,
+    rng: &mut Pcg,
+    stats: &mut WalkStats,
+) -> Resampled {
+    let mut present = spans.iter().filter_map(|span| Present::new(media, span, ray));
+    if let (Some(only), None) = (present.next(), present.next())
+        && only.medium.density.is_none()
+    {
+        let transmitted = Transmitted::of_one(&only, channels);
+        return decide(&transmitted.outcomes(), choose, u, rng, |u, _| {
+            Some(transmitted.scatter_in_one(&only, u))
+        });
+    }
+    let mut segment = Segment::new(media, spans, ray);
+    if segment.is_homogeneous() {
+        let transmitted = Transmitted::of(&mut segment, channels);
+        return decide(&transmitted.outcomes(), choose, u, rng, |u, rng| {
+            transmitted.scatter(&mut Segment::new(media, spans, ray), u, rng)
+        });
+    }
+    let mut reservoir = Reservoir {
+        path: NullPath::new(channels),
+        options,
+        sums: CandidateSums { w: 0.0, t_hat: 1.0, majorant_depth: 0.0 },
+        chosen: None,
+    };
+    segment.for_each_candidate(options.majorant_scale, &mut reservoir, rng, stats);
+    let Reservoir { path, sums, chosen, .. } = reservoir;
+    stats.majorant_violations += u64::from(path.violations);
+    let outcomes = Outcomes { sums, pass: path.w, violations: path.violations };
+    decide(&outcomes, choose, u, rng, |_, _| chosen)
+}
+
+/// Asks the caller, and samples what it decided.
+#[inline]
+fn decide(
+    outcomes: &Outcomes,
+    choose: impl FnOnce(&CandidateSums) -> f32,
+    u: f32,
+    rng: &mut Pcg,
+    scatter: impl FnOnce(f32, &mut Pcg) -> Option<(Event, Rgb)>,
+) -> Resampled {
+    let Outcomes { sums, pass, violations } = *outcomes;
+    let CandidateSums { w, t_hat, .. } = sums;
+    let probability = match (w > 0.0, t_hat > 0.0) {
+        (false, _) => 0.0,
+        (true, false) => 1.0,
+        (true, true) => choose(&sums),
+    };
+    let walk = if u < probability {
+        // What `u` has left after this choice is filled up with new digits.
+        let fine = f64::from(u) + f64::from(rng.next_f32()) * U_DIGIT;
+        let rest = (fine / f64::from(probability)).min(f64::from(1.0 - f32::EPSILON)) as f32;
+        let (event, weight) = scatter(rest, rng).unwrap_or((Event::Pass, Rgb::ZERO));
+        Walk::scatter(event, weight * (w / probability))
+    } else {
+        Walk::pass(pass * (t_hat / (1.0 - probability)))
+    };
+    Resampled { walk: Walk { majorant_violations: violations, ..walk }, sums, probability }
+}
+
+/// Sees all candidates and keeps one (weighted reservoir sampling, Chao 1982).
+struct Reservoir {
+    path: NullPath,
+    options: ResampleOptions,
+    sums: CandidateSums,
+    /// The candidate kept, and its weight with 1/w_i left out.
+    chosen: Option<(Event, Rgb)>,
+}
+
+impl CandidateVisitor for Reservoir {
+    type Outcome = ();
+
+    fn enter(&mut self, cell: &Cell) -> ControlFlow<(), bool> {
+        let entered = self.path.enter(cell);
+        match entered {
+            ControlFlow::Break(()) => self.sums.t_hat = 0.0,
+            ControlFlow::Continue(true) => {}
+            ControlFlow::Continue(false) => {
+                let depth = cell.sigma_bar.max_element() * (cell.t1 - cell.t0);
+                self.sums.majorant_depth += depth * self.options.majorant_scale;
+            }
+        }
+        entered
+    }
+
+    fn live(&self) -> Vec3A {
+        self.path.live()
+    }
+
+    fn visit(
+        &mut self,
+        segment: &mut Segment<'_>,
+        candidate: &Candidate,
+        rng: &mut Pcg,
+    ) -> ControlFlow<()> {
+        let collision = self.path.collide(candidate);
+        let sums = &mut self.sums;
+        let weight = sums.t_hat * collision.p;
+        if weight > 0.0 {
+            sums.w += weight;
+            if rng.next_f32() * sums.w < weight {
+                let (phase, colour) = self.path.scatter(segment, &collision, rng);
+                self.chosen = Some((Event::Scatter { t: candidate.t, phase }, colour));
+            }
+        }
+        sums.t_hat *= 1.0 - collision.p;
+        if sums.t_hat > 0.0 && sums.t_hat < self.options.faint {
+            sums.t_hat = if rng.next_f32() < SURVIVAL { sums.t_hat / SURVIVAL } else { 0.0 };
+        }
+        if sums.t_hat == 0.0 || !self.path.pass(&collision, !candidate.scatters, rng) {
+            sums.t_hat = 0.0;
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(())
+    }
+}
