@@ -3,12 +3,24 @@
 //! Lobes are von Mises–Fisher: closed under products, sampled in closed form, fitted by their mean direction and mean
 //! cosine alone. Directions are unit vectors; densities are per steradian.
 
+mod divergence;
 mod fit;
+mod lanes;
 mod mixture;
+mod product;
+mod statistics;
+mod sums;
 #[cfg(test)]
-mod test_support;
+pub(crate) mod test_support;
 mod vmf;
 
-pub use fit::{DirectionSample, FitReport, SufficientStatistics, fit};
-pub use mixture::{DirectionAndPdf, MAX_LOBES, VmfMixture};
+pub(crate) use divergence::{merged, merging_divergence};
+pub(crate) use fit::fit_incrementally;
+pub use fit::{FitReport, fit};
+pub use lanes::MAX_LOBES;
+pub(crate) use lanes::{Lanes, PerLobe, groups_of};
+pub(crate) use mixture::{Assigner, Assignment, Group};
+pub use mixture::{DirectionAndPdf, VmfMixture};
+pub use statistics::{DirectionSample, SufficientStatistics};
+pub(crate) use sums::LobeSums;
 pub use vmf::{MAX_CONCENTRATION, VmfLobe, concentration_from_mean_cosine, mean_cosine};

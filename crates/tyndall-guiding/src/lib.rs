@@ -10,6 +10,7 @@
 //! | `moments` | the sums per pixel or region that those odds are learned from |
 //! | [`image_space`] | the odds of camera rays, per pixel, filtered |
 //! | [`directional`] | von Mises–Fisher lobes and mixtures, fitted by expectation maximisation |
+//! | [`field`] | light and odds by place and direction, for the vertices of a path after the first |
 //!
 //! Source: Xu et al. 2024, "Volume Scattering Probability Guiding", ACM TOG 43(6); the odds form and its estimator are
 //! our own (derived in the documentation of [`ScatteringOdds`] and [`Moments`]).
@@ -20,6 +21,7 @@
 
 pub mod directional;
 mod error;
+pub mod field;
 pub mod image_space;
 mod moments;
 mod scattering_odds;

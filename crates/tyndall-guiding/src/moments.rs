@@ -12,7 +12,7 @@ use crate::{ScatteringOdds, optimal_probability};
 /// Pseudo-samples that say "volume and surface are equally bright" (κ = 1).
 const PRIOR_SAMPLES: f64 = 4.0;
 /// Samples above this many RMS values are cut (Winsorised) before they are learned from.
-const OUTLIER_RMS: f32 = 10.0;
+const OUTLIER_RMS: f32 = 7.0;
 /// Samples needed before an RMS value is trusted to cut anything.
 const OUTLIER_MIN_SAMPLES: f32 = 16.0;
 /// Depths of rays that hit nothing, and the largest value ever taken from a sample.
@@ -76,38 +76,43 @@ pub struct Moments {
 }
 
 impl Moments {
-    /// Adds a segment. X is cut at `limit`, which must come from earlier passes ([`Moments::outlier_limit`]);
+    /// Adds a segment. X√P is cut at `limit`, which must come from earlier passes ([`Moments::outlier_limit`]);
     /// infinity cuts nothing. Samples that are not finite teach nothing.
     pub fn add(&mut self, sample: &SegmentSample, limit: f32) {
-        let s = sample;
-        if !(s.value.is_finite() && s.probability.is_finite() && s.w.is_finite() && s.t_hat.is_finite()) {
-            return;
+        if let Some(one) = Self::of(sample, limit) {
+            self.merge(&one);
         }
-        let limit = if limit.is_nan() { MAX_VALUE } else { limit.clamp(0.0, MAX_VALUE) };
-        let x = s.value.clamp(0.0, limit);
-        let x2 = x * x * s.probability.clamp(0.0, 1.0);
+    }
+
+    /// The sums over one segment; `None` if it teaches nothing. For `limit` see [`Moments::add`].
+    pub(crate) fn of(s: &SegmentSample, limit: f32) -> Option<Self> {
+        if !(s.value.is_finite() && s.probability.is_finite() && s.w.is_finite() && s.t_hat.is_finite()) {
+            return None;
+        }
+        let p = s.probability.clamp(0.0, 1.0);
+        // X²P is what is summed: a class is no outlier for being taken rarely. For P = 0 this is infinite or NaN.
+        let limit = limit / p.sqrt();
+        let x = s.value.clamp(0.0, if limit.is_nan() { MAX_VALUE } else { limit.clamp(0.0, MAX_VALUE) });
+        let x2 = x * x * p;
         let (w, t) = (s.w.clamp(0.0, MAX_VALUE), s.t_hat.clamp(0.0, MAX_VALUE));
         let (volume, surface) = match s.class {
             EventClass::Volume => (1.0, 0.0),
             EventClass::Surface => (0.0, 1.0),
         };
         let depth = |d: f32| if d.is_nan() { 0.0 } else { d.clamp(0.0, FAR_DEPTH) };
-        self.add_scaled(
-            &Self {
-                volume_x2: volume * x2,
-                volume_x: volume * x,
-                surface_x2: surface * x2,
-                surface_x: surface * x,
-                w2: w * w,
-                t2: t * t,
-                w,
-                t,
-                w_depth: w * depth(s.volume_depth),
-                t_depth: t * depth(s.surface_depth),
-                n: 1.0,
-            },
-            1.0,
-        );
+        Some(Self {
+            volume_x2: volume * x2,
+            volume_x: volume * x,
+            surface_x2: surface * x2,
+            surface_x: surface * x,
+            w2: w * w,
+            t2: t * t,
+            w,
+            t,
+            w_depth: w * depth(s.volume_depth),
+            t_depth: t * depth(s.surface_depth),
+            n: 1.0,
+        })
     }
 
     /// Adds the segments of `other`.
@@ -174,7 +179,7 @@ impl Moments {
         (a + b > 0.0).then(|| optimal_probability(a.sqrt(), b.sqrt()))
     }
 
-    /// Above which X the next pass should be cut: ten RMS values, infinite while there are fewer than 16 samples.
+    /// Above which X√P the next pass should be cut: seven RMS values, infinite while there are fewer than 16 samples.
     pub fn outlier_limit(&self) -> f32 {
         if self.n < OUTLIER_MIN_SAMPLES {
             return f32::INFINITY;

@@ -1,8 +1,9 @@
 //! Known mixtures are found again from samples and from weights.
 
+use super::super::VmfLobe;
 use super::super::test_support::integrate_sphere;
 use super::*;
-use glam::Vec2;
+use glam::{Vec2, Vec3A};
 use proptest::prelude::*;
 use tyndall_math::random::Pcg;
 use tyndall_math::{INV_4PI, sampling::uniform_sphere};
@@ -23,7 +24,11 @@ fn u2(rng: &mut Pcg) -> Vec2 {
 fn drawn(mixture: &VmfMixture, n: usize) -> Vec<DirectionSample> {
     let mut rng = Pcg::new(&[21]);
     (0..n)
-        .map(|_| DirectionSample { direction: mixture.sample(u2(&mut rng)).direction, weight: 1.0 })
+        .map(|_| DirectionSample {
+            direction: mixture.sample(u2(&mut rng)).direction,
+            weight: 1.0,
+            inverse_distance: 0.0,
+        })
         .collect()
 }
 
@@ -32,7 +37,7 @@ fn weighted(mixture: &VmfMixture, n: usize) -> Vec<DirectionSample> {
     let mut rng = Pcg::new(&[22]);
     let sample = |_| {
         let direction = uniform_sphere(u2(&mut rng));
-        DirectionSample { direction, weight: mixture.pdf(direction) / INV_4PI }
+        DirectionSample { direction, weight: mixture.pdf(direction) / INV_4PI, inverse_distance: 0.0 }
     };
     (0..n).map(sample).collect()
 }
@@ -116,15 +121,15 @@ fn radiance_has_no_unit() {
 
 #[test]
 fn statistics_of_parts_add_up() {
-    let samples = drawn(&truth(), 3 * CHUNK);
+    let samples = drawn(&truth(), 3 * 4096);
     let start = VmfMixture::spread(8);
     let whole = SufficientStatistics::from_samples(&start, &samples);
     let mut parts = SufficientStatistics::default();
-    for part in samples.chunks(CHUNK) {
+    for part in samples.chunks(4096) {
         parts.merge(&SufficientStatistics::from_samples(&start, part));
     }
     assert_eq!(whole, parts);
-    assert_eq!(whole.n_samples(), 3.0 * CHUNK as f32);
+    assert_eq!(whole.n_samples(), 3.0 * 4096.0);
 
     let mut decayed = whole.clone();
     decayed.decay(0.25);
@@ -140,14 +145,14 @@ fn without_samples_nothing_changes_and_one_sample_is_doubted() {
     let start = VmfMixture::spread(4);
     let mut mixture = start.clone();
     let useless = [f32::NAN, 0.0, -1.0, f32::INFINITY]
-        .map(|weight| DirectionSample { direction: Vec3A::X, weight })
+        .map(|weight| DirectionSample { direction: Vec3A::X, weight, inverse_distance: 0.0 })
         .into_iter()
-        .chain([DirectionSample { direction: Vec3A::NAN, weight: 1.0 }])
+        .chain([DirectionSample { direction: Vec3A::NAN, weight: 1.0, inverse_distance: 0.0 }])
         .collect::<Vec<_>>();
     let report = fit(&mut mixture, &useless);
     assert_eq!((&mixture, report.n_iterations), (&start, 1));
 
-    fit(&mut mixture, &[DirectionSample { direction: Vec3A::X, weight: 3.0 }]);
+    fit(&mut mixture, &[DirectionSample { direction: Vec3A::X, weight: 3.0, inverse_distance: 0.0 }]);
     let sharpest = mixture.lobes().map(|(_, lobe)| lobe.kappa()).fold(0.0, f32::max);
     assert!((1.0..20.0).contains(&sharpest), "{sharpest}");
 }
@@ -156,7 +161,11 @@ fn without_samples_nothing_changes_and_one_sample_is_doubted() {
 fn samples_far_from_every_lobe_are_not_lost() {
     let sharp =
         VmfMixture::from_lobes([(1.0, VmfLobe::new(Vec3A::Z, 3.2e5)), (1.0, VmfLobe::new(Vec3A::X, 3.2e5))]);
-    let far = DirectionSample { direction: Vec3A::new(-0.1, 0.0, -1.0).normalize(), weight: 1.0 };
+    let far = DirectionSample {
+        direction: Vec3A::new(-0.1, 0.0, -1.0).normalize(),
+        weight: 1.0,
+        inverse_distance: 0.0,
+    };
     let statistics = SufficientStatistics::from_samples(&sharp, &[far]);
     assert_eq!(statistics.n_samples(), 1.0);
     assert!(statistics.maximise(&sharp).pdf(far.direction) > 0.0);
@@ -169,7 +178,7 @@ proptest! {
     ) {
         let samples: Vec<_> = samples
             .into_iter()
-            .map(|(x, y, weight)| DirectionSample { direction: Vec3A::new(x, y, 0.1).normalize(), weight })
+            .map(|(x, y, weight)| DirectionSample { direction: Vec3A::new(x, y, 0.1).normalize(), weight, inverse_distance: 0.0 })
             .collect();
         let mut mixture = VmfMixture::spread(n);
         let report = fit(&mut mixture, &samples);

@@ -1,12 +1,12 @@
 //! A mixture of up to 32 von Mises–Fisher lobes, stored as structure of arrays.
 
 use super::VmfLobe;
+use super::lanes::{Lanes, MAX_LOBES, PerLobe, groups_of};
+use super::vmf::peak_densities;
 use glam::{Vec2, Vec3A};
 use std::f32::consts::TAU;
 use tyndall_math::INV_4PI;
 
-/// Lobes a mixture can hold.
-pub const MAX_LOBES: usize = 32;
 /// Concentration of the lobes of a new mixture: sixteen of them overlap at half their height.
 const INITIAL_KAPPA: f32 = 5.0;
 
@@ -23,52 +23,121 @@ pub struct DirectionAndPdf {
 #[derive(Debug, Clone, PartialEq)]
 pub struct VmfMixture {
     len: usize,
-    weight: [f32; MAX_LOBES],
-    kappa: [f32; MAX_LOBES],
-    /// Density of each lobe at its own mean.
-    peak: [f32; MAX_LOBES],
-    mean_x: [f32; MAX_LOBES],
-    mean_y: [f32; MAX_LOBES],
-    mean_z: [f32; MAX_LOBES],
+    pub(super) weight: PerLobe,
+    pub(super) kappa: PerLobe,
+    pub(super) mean: [PerLobe; 3],
+    /// π_k times the density of lobe k at its own mean; 0 past the last lobe.
+    pub(super) weighted_peak: PerLobe,
+}
+
+/// Eight lobes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Group {
+    pub(crate) weight: Lanes,
+    pub(crate) kappa: Lanes,
+    pub(crate) mean: [Lanes; 3],
+    /// π_k times the density of the lobe at its own mean.
+    pub(crate) weighted_peak: Lanes,
+}
+
+impl Group {
+    /// π_k v_k(ω).
+    #[inline(always)]
+    fn terms(&self, direction: Vec3A) -> Lanes {
+        self.weighted_peak * self.exponents(direction).exp_nonpositive()
+    }
+
+    /// κ(μ·ω - 1).
+    #[inline(always)]
+    fn exponents(&self, direction: Vec3A) -> Lanes {
+        self.one_minus_cos(direction) * self.kappa * -1.0
+    }
+
+    /// 1 - μ·ω, as half the squared distance, which does not cancel in narrow lobes.
+    #[inline(always)]
+    pub(super) fn one_minus_cos(&self, direction: Vec3A) -> Lanes {
+        let [x, y, z] = self.mean;
+        let dx = x - Lanes::splat(direction.x);
+        let dy = y - Lanes::splat(direction.y);
+        let dz = z - Lanes::splat(direction.z);
+        (dx * dx + dy * dy + dz * dz) * 0.5
+    }
 }
 
 impl VmfMixture {
     /// `n` (at most [`MAX_LOBES`]) equal broad lobes spread evenly over the sphere, on a Fibonacci spiral.
     pub fn spread(n: usize) -> Self {
-        let n = n.min(MAX_LOBES);
-        let golden = TAU * 0.618_034;
-        let lobe = |i: usize| {
-            let z = 1.0 - (2 * i + 1) as f32 / n as f32;
-            let r = (1.0 - z * z).max(0.0).sqrt();
-            let (sin, cos) = (golden * i as f32).sin_cos();
-            (1.0, VmfLobe::new(Vec3A::new(r * cos, r * sin, z), INITIAL_KAPPA))
-        };
-        Self::from_lobes((0..n).map(lobe))
+        Self::from_lobes(spread_lobes(n.min(MAX_LOBES)))
+    }
+
+    /// A uniform lobe, which stays uniform in every fit, and `n` - 1 broad ones. The uniform lobe makes every direction
+    /// possible and takes up stray samples, which would otherwise widen lobes.
+    pub(crate) fn with_background(n: usize) -> Self {
+        let uniform = (1.0, VmfLobe::new(Vec3A::Z, 0.0));
+        Self::from_lobes(std::iter::once(uniform).chain(spread_lobes(n.clamp(1, MAX_LOBES) - 1)))
     }
 
     /// The mixture of these weights and lobes, at most [`MAX_LOBES`] of them. Weights are normalised; lobes of a weight
     /// that is not finite and positive are left out.
     pub fn from_lobes(lobes: impl IntoIterator<Item = (f32, VmfLobe)>) -> Self {
-        let zeros = [0.0; MAX_LOBES];
         let mut mixture = Self {
             len: 0,
-            weight: zeros,
-            kappa: zeros,
-            peak: zeros,
-            mean_x: zeros,
-            mean_y: zeros,
-            mean_z: zeros,
+            weight: PerLobe::ZERO,
+            kappa: PerLobe::ZERO,
+            mean: [PerLobe::ZERO; 3],
+            weighted_peak: PerLobe::ZERO,
         };
         for (weight, lobe) in lobes.into_iter().filter(|(w, _)| w.is_finite() && *w > 0.0).take(MAX_LOBES) {
             let k = mixture.len;
             mixture.weight[k] = weight;
-            (mixture.kappa[k], mixture.peak[k]) = (lobe.kappa(), lobe.peak());
-            [mixture.mean_x[k], mixture.mean_y[k], mixture.mean_z[k]] = lobe.mean().to_array();
+            mixture.kappa[k] = lobe.kappa();
+            mixture.mean.iter_mut().zip(lobe.mean().to_array()).for_each(|(m, v)| m[k] = v);
             mixture.len += 1;
         }
-        let total: f64 = mixture.weight.iter().map(|&w| f64::from(w)).sum();
-        mixture.weight.iter_mut().for_each(|w| *w = (f64::from(*w) / total.max(f64::MIN_POSITIVE)) as f32);
+        mixture.finish();
         mixture
+    }
+
+    /// The mixture of the lobes that `change` makes of these, and the sum of its weights before they are normalised.
+    /// `change` may not make a weight negative, a concentration unbounded or a mean other than a unit vector.
+    ///
+    /// If that sum is no positive finite number, the lobes stay as they were, and the sum is 0.
+    #[inline(always)]
+    pub(crate) fn map_groups(&self, change: impl Fn(usize, Group) -> Group) -> (Self, f32) {
+        let mut changed = self.clone();
+        for g in 0..groups_of(self.len) {
+            let group = change(g, self.group(g));
+            (changed.weight.0[g], changed.kappa.0[g]) = (group.weight, group.kappa);
+            changed.mean.iter_mut().zip(group.mean).for_each(|(all, new)| all.0[g] = new);
+        }
+        let total = changed.finish();
+        if total.is_finite() && total > f64::from(f32::MIN_POSITIVE) {
+            (changed, total as f32)
+        } else {
+            (self.clone(), 0.0)
+        }
+    }
+
+    #[inline(always)]
+    fn group(&self, g: usize) -> Group {
+        Group {
+            weight: self.weight.0[g],
+            kappa: self.kappa.0[g],
+            mean: [self.mean[0].0[g], self.mean[1].0[g], self.mean[2].0[g]],
+            weighted_peak: self.weighted_peak.0[g],
+        }
+    }
+
+    /// Normalises the weights, computes the peaks and returns what the weights summed to.
+    #[inline]
+    fn finish(&mut self) -> f64 {
+        let total = self.weight.total();
+        let scale = (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32;
+        for g in 0..groups_of(self.len) {
+            self.weight.0[g] = self.weight.0[g] * scale;
+            self.weighted_peak.0[g] = self.weight.0[g] * peak_densities(self.kappa.0[g]);
+        }
+        total
     }
 
     /// Number of lobes.
@@ -87,8 +156,8 @@ impl VmfMixture {
     /// If there is no such lobe.
     pub fn lobe(&self, k: usize) -> (f32, VmfLobe) {
         assert!(k < self.len, "lobe {k} of {}", self.len);
-        let mean = Vec3A::new(self.mean_x[k], self.mean_y[k], self.mean_z[k]);
-        (self.weight[k], VmfLobe::new(mean, self.kappa[k]))
+        let [x, y, z] = self.mean.each_ref().map(|m| m[k]);
+        (self.weight[k], VmfLobe::new(Vec3A::new(x, y, z), self.kappa[k]))
     }
 
     /// All lobes with their weights.
@@ -102,34 +171,26 @@ impl VmfMixture {
         if self.is_empty() {
             return INV_4PI;
         }
-        (0..self.len).map(|k| self.weight[k] * self.peak[k] * self.exponent(k, direction).exp()).sum()
+        (0..groups_of(self.len)).fold(Lanes::splat(0.0), |sum, g| sum + self.group(g).terms(direction)).sum()
     }
 
-    /// ln of each lobe's weighted peak, for [`Self::log_terms`]; minus infinity past the last lobe.
-    pub(super) fn log_peaks(&self) -> [f32; MAX_LOBES] {
-        let mut logs = [f32::NEG_INFINITY; MAX_LOBES];
-        for (k, log) in logs[..self.len].iter_mut().enumerate() {
-            *log = (self.weight[k] * self.peak[k]).ln();
-        }
-        logs
-    }
-
-    /// ln(π_k v_k(ω)) of every lobe.
-    pub(super) fn log_terms(&self, log_peaks: &[f32; MAX_LOBES], direction: Vec3A) -> [f32; MAX_LOBES] {
-        let mut terms = *log_peaks;
-        terms[..self.len].iter_mut().enumerate().for_each(|(k, t)| *t += self.exponent(k, direction));
-        terms
-    }
-
-    /// κ(μ·ω - 1) of lobe `k`, as half the squared distance, which does not cancel in narrow lobes.
+    /// The share π_k v_k(ω) / Σ π_j v_j(ω) of each lobe in the density, and that density. All shares are 0 where the
+    /// density is.
     #[inline]
-    fn exponent(&self, k: usize, direction: Vec3A) -> f32 {
-        let (dx, dy) = (direction.x - self.mean_x[k], direction.y - self.mean_y[k]);
-        let dz = direction.z - self.mean_z[k];
-        -0.5 * self.kappa[k] * (dx * dx + dy * dy + dz * dz)
+    pub(crate) fn shares(&self, direction: Vec3A) -> (PerLobe, f32) {
+        let mut shares = PerLobe::ZERO;
+        let mut sums = Lanes::splat(0.0);
+        for g in 0..groups_of(self.len) {
+            shares.0[g] = self.group(g).terms(direction);
+            sums = sums + shares.0[g];
+        }
+        let pdf = sums.sum();
+        shares.scale(1.0 / pdf.max(f32::MIN_POSITIVE));
+        (shares, pdf)
     }
 
     /// The direction of the point `u` in [0, 1)²; `u.x` also chooses the lobe.
+    #[inline]
     pub fn sample(&self, u: Vec2) -> DirectionAndPdf {
         let direction = match self.choose(u.x) {
             Some((k, u_x)) => self.lobe(k).1.sample(Vec2::new(u_x, u.y)),
@@ -139,6 +200,7 @@ impl VmfMixture {
     }
 
     /// The lobe `u` falls on and where in it, in [0, 1).
+    #[inline]
     fn choose(&self, u: f32) -> Option<(usize, f32)> {
         let last = self.len.checked_sub(1)?;
         let mut begin = 0.0;
@@ -153,9 +215,74 @@ impl VmfMixture {
     }
 }
 
+/// Broad lobes evenly over the sphere.
+fn spread_lobes(n: usize) -> impl Iterator<Item = (f32, VmfLobe)> {
+    let golden = TAU * 0.618_034;
+    (0..n).map(move |i| {
+        let z = 1.0 - (2 * i + 1) as f32 / n as f32;
+        let r = (1.0 - z * z).max(0.0).sqrt();
+        let (sin, cos) = (golden * i as f32).sin_cos();
+        (1.0, VmfLobe::new(Vec3A::new(r * cos, r * sin, z), INITIAL_KAPPA))
+    })
+}
+
 /// `offset / width`, below 1 despite rounding.
 fn rescale(offset: f32, width: f32) -> f32 {
     (offset / width.max(f32::MIN_POSITIVE)).clamp(0.0, 1.0 - f32::EPSILON / 2.0)
+}
+
+/// Assigns directions softly to the lobes of a mixture, also where all densities are too small for f32.
+pub(crate) struct Assigner<'a> {
+    mixture: &'a VmfMixture,
+    /// ln(π_k v_k(μ_k)); minus infinity past the last lobe.
+    log_peaks: PerLobe,
+    n_groups: usize,
+}
+
+/// Each lobe's share γ_k of a direction.
+pub(crate) struct Assignment {
+    pub(crate) shares: PerLobe,
+    pub(crate) log_pdf: f32,
+}
+
+impl<'a> Assigner<'a> {
+    pub(crate) fn new(mixture: &'a VmfMixture) -> Self {
+        let mut log_peaks = PerLobe::splat(f32::NEG_INFINITY);
+        for k in 0..mixture.len {
+            log_peaks[k] = mixture.weighted_peak[k].ln();
+        }
+        Self { mixture, log_peaks, n_groups: groups_of(mixture.len) }
+    }
+
+    /// Groups of lobes that can have a share.
+    #[inline]
+    pub(crate) fn n_groups(&self) -> usize {
+        self.n_groups
+    }
+
+    /// The shares at a unit vector; `None` if no lobe has one.
+    #[inline]
+    pub(crate) fn assign(&self, direction: Vec3A) -> Option<Assignment> {
+        // Relative to the largest term: a sample far from every lobe still belongs to the nearest.
+        let mut shares = PerLobe::ZERO;
+        let mut largest = Lanes::splat(f32::NEG_INFINITY);
+        for g in 0..self.n_groups {
+            shares.0[g] = self.log_peaks.0[g] + self.mixture.group(g).exponents(direction);
+            largest = shares.0[g].max(largest);
+        }
+        let largest = largest.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if b > a { b } else { a });
+        if !largest.is_finite() {
+            return None;
+        }
+        let mut sums = Lanes::splat(0.0);
+        for group in &mut shares.0[..self.n_groups] {
+            *group = (*group - Lanes::splat(largest)).exp_nonpositive();
+            sums = sums + *group;
+        }
+        let sum = sums.sum();
+        shares.scale(1.0 / sum);
+        Some(Assignment { shares, log_pdf: largest + sum.ln() })
+    }
 }
 
 #[cfg(test)]
