@@ -7,15 +7,17 @@
 
 mod direct;
 mod equiangular;
+mod guided;
 mod lesson;
 mod record;
 mod roulette;
 mod segment;
 mod statistics;
 mod surface;
+mod training;
 mod vertex;
 
-pub(crate) use lesson::Learned;
+use lesson::Learned;
 pub use statistics::PathStatistics;
 
 use crate::aov::SampleRecord;
@@ -25,7 +27,10 @@ use equiangular::Rival;
 use glam::{Vec2, Vec3A};
 use lesson::Lesson;
 use record::Recorder;
-use tyndall_guiding::SegmentGuide;
+use vertex::Vertex;
+use training::Trail;
+use tyndall_guiding::field::{Field, TrainingSample};
+use tyndall_guiding::{EventClass, SegmentGuide};
 use tyndall_math::Ray;
 use tyndall_math::Rgb;
 use tyndall_math::random::{PathSampler, Pcg};
@@ -54,6 +59,8 @@ struct Origin {
     is_delta: bool,
     /// If that vertex is a collision: the other technique that samples lights from its segment.
     rival: Option<Rival>,
+    /// What that vertex is on, until the field's lesson has begun; `None` for the camera.
+    vertex: Option<EventClass>,
 }
 
 /// A path in the making.
@@ -75,6 +82,8 @@ struct Path<'a> {
     first_choice: Option<FirstChoice>,
     /// What that choice was, until the path's end tells what it was worth.
     lesson: Option<Lesson>,
+    field: Option<&'a Field>,
+    trail: Trail,
 }
 
 /// The choice between volume and surface on the camera's segment: most of the noise in thin media.
@@ -83,6 +92,15 @@ struct FirstChoice {
     u: f32,
     /// `None` tracks.
     guide: Option<SegmentGuide>,
+}
+
+/// What guides a path; nothing by default.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct Guides<'a> {
+    /// The choice between volume and surface on the camera's segment.
+    pub(crate) camera: Option<SegmentGuide>,
+    /// Directions at all vertices.
+    pub(crate) field: Option<&'a Field>,
 }
 
 /// What one path gives.
@@ -113,7 +131,8 @@ impl<'a> Integrator<'a> {
         pixel: [u32; 2],
         image_width: u32,
         sample: u64,
-        guide: Option<&SegmentGuide>,
+        guides: Guides<'_>,
+        mut training: Option<&mut Vec<TrainingSample>>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> PathSample {
@@ -127,7 +146,7 @@ impl<'a> Integrator<'a> {
         let has_lens = self.world.camera().has_lens();
         let first_choice = self.world.has_media().then(|| FirstChoice {
             u: if has_lens { sampler.next_4d()[0] } else { lens_x },
-            guide: guide.copied().filter(|guide| !guide.is_tracking()),
+            guide: guides.camera.filter(|guide| !guide.is_tracking()),
         });
         let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
         let mut path = Path {
@@ -135,7 +154,7 @@ impl<'a> Integrator<'a> {
             rng: sampler.stream(0),
             sampler,
             ray: camera_ray.ray,
-            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true, rival: None },
+            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true, rival: None, vertex: None },
             throughput: Rgb::ONE,
             scatter_count: 0,
             max_scatter: self.max_scatter,
@@ -143,12 +162,17 @@ impl<'a> Integrator<'a> {
             rival: None,
             first_choice,
             lesson: None,
+            field: guides.field,
+            trail: Trail::new(training.is_some()),
         };
         statistics.paths += 1;
         if self.world.has_media() {
             path.trace::<true>(scratch, statistics);
         } else {
             path.trace::<false>(scratch, statistics);
+        }
+        if let Some(samples) = &mut training {
+            path.teach(samples);
         }
         let learned = path.lesson.take().map(|lesson| lesson.learn(&path, statistics));
         PathSample { record: path.recorder.finish(self.world.camera().exposure_scale()), learned }
@@ -181,6 +205,7 @@ impl Path<'_> {
             if !goes_on || !self.survives_roulette() {
                 return;
             }
+            self.begin_lesson();
         }
     }
 }

@@ -4,7 +4,7 @@
 //! order, so the number of threads never changes a bit of the image.
 
 use crate::film::{Film, Tile};
-use crate::guide::{CameraGuide, TileLessons};
+use crate::guide::{RenderGuide, TileLessons};
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
@@ -91,19 +91,15 @@ impl Session {
     pub fn render(&self, control: &Control) {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        let mut guide = if self.world.has_media() {
-            CameraGuide::new(&film, self.settings.distance_sampling)
-        } else {
-            None
-        };
+        let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
         let mut done = film.min_samples();
         while done < self.settings.samples && !control.is_stopped() {
             let target = (done + pass_size(done)).min(self.settings.samples);
             let image: &mut Film = &mut film;
             let (of_pass, lessons) =
-                self.pool.install(|| render_pass(&integrator, image, target, guide.as_ref(), control));
-            if let Some(guide) = guide.as_mut().filter(|_| CameraGuide::learns_from(target)) {
-                guide.learn(image, &lessons);
+                self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
+            if !lessons.is_empty() {
+                self.pool.install(|| guide.learn(image, lessons));
             }
             self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
             control.passes.fetch_add(1, Ordering::Relaxed);
@@ -148,12 +144,14 @@ fn render_pass(
     integrator: &Integrator,
     film: &mut Film,
     target: u32,
-    guide: Option<&CameraGuide>,
+    guide: &RenderGuide,
     control: &Control,
 ) -> (PathStatistics, Vec<TileLessons>) {
     let image_width = film.width();
-    let tile_of = |tile: &mut Tile| render_tile(integrator, tile, image_width, target, guide, control);
-    let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(tile_of).collect();
+    let pixels = u64::from(film.width()) * u64::from(film.height());
+    let stride = guide.teaching_stride(pixels * u64::from(target - film.min_samples()));
+    let pass = Pass { integrator, guide, control, image_width, target, stride };
+    let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(|tile| pass.render(tile)).collect();
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
     for (of_tile, learned) in tiles {
@@ -163,41 +161,53 @@ fn render_pass(
     (statistics, lessons)
 }
 
-fn render_tile(
-    integrator: &Integrator,
-    tile: &mut Tile,
+/// What is the same for all tiles of a pass.
+struct Pass<'a> {
+    integrator: &'a Integrator<'a>,
+    guide: &'a RenderGuide,
+    control: &'a Control,
     image_width: u32,
+    /// Samples of a pixel after the pass.
     target: u32,
-    guide: Option<&CameraGuide>,
-    control: &Control,
-) -> (PathStatistics, Option<TileLessons>) {
-    let mut statistics = PathStatistics::default();
-    let mut lessons = guide.filter(|_| CameraGuide::learns_from(target)).map(|_| TileLessons::new(tile));
-    let mut scratch = integrator.scratch();
-    for index in 0..tile.len() {
-        let (x, y) = tile.pixel(index);
-        let first = tile.sample_count(index);
-        let told = guide.map(|guide| guide.lookup([x, y]));
-        for sample in first..target {
-            if control.is_stopped() {
-                return (statistics, lessons);
+    /// Every how many samples one teaches the field.
+    stride: u64,
+}
+
+impl Pass<'_> {
+    fn render(&self, tile: &mut Tile) -> (PathStatistics, Option<TileLessons>) {
+        let mut statistics = PathStatistics::default();
+        let mut lessons = self.guide.lessons(tile, self.target);
+        let mut scratch = self.integrator.scratch();
+        let mut number = 0;
+        for index in 0..tile.len() {
+            let (x, y) = tile.pixel(index);
+            let first = tile.sample_count(index);
+            let told = self.guide.lookup([x, y]);
+            for sample in first..self.target {
+                if self.control.is_stopped() {
+                    return (statistics, lessons);
+                }
+                number += 1;
+                let teaches = self.stride > 0 && number % self.stride == 0;
+                let path = self.integrator.sample(
+                    [x, y],
+                    self.image_width,
+                    u64::from(sample),
+                    told,
+                    lessons.as_mut().filter(|_| teaches).map(|lessons| &mut lessons.training),
+                    &mut scratch,
+                    &mut statistics,
+                );
+                tile.add(index, path.record);
+                if let Some(lessons) = &mut lessons {
+                    lessons.add(index, &path, &told);
+                }
             }
-            let path = integrator.sample(
-                [x, y],
-                image_width,
-                u64::from(sample),
-                told.as_ref(),
-                &mut scratch,
-                &mut statistics,
-            );
-            tile.add(index, path.record);
-            if let (Some(lessons), Some(learned), Some(told)) = (&mut lessons, &path.learned, &told) {
-                lessons.add(index, learned, told);
-            }
+            let taken = u64::from(self.target.saturating_sub(first));
+            self.control.samples.fetch_add(taken, Ordering::Relaxed);
         }
-        control.samples.fetch_add(u64::from(target.saturating_sub(first)), Ordering::Relaxed);
+        (statistics, lessons)
     }
-    (statistics, lessons)
 }
 
 #[cfg(test)]

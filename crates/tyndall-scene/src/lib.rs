@@ -19,4 +19,4 @@ pub use delegate::{RenderDelegate, Scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use dirty::DirtyBits;
 pub use path::PrimPath;
-pub use settings::{DistanceSampling, PixelFilter, RenderSettings, SettingSpec, SettingsError};
+pub use settings::{DistanceSampling, Guiding, PixelFilter, RenderSettings, SettingSpec, SettingsError};

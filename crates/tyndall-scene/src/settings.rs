@@ -29,6 +29,19 @@ pub enum DistanceSampling {
     Delta,
 }
 
+/// Whether directions are guided.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum Guiding {
+    /// Where it is measured to pay.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
 /// What a render is asked for. Field names in camelCase are the names everywhere else ([`RenderSettings::SPECS`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields, default)]
@@ -54,6 +67,8 @@ pub struct RenderSettings {
     pub filter: PixelFilter,
     /// How the distance to the next scattering is sampled.
     pub distance_sampling: DistanceSampling,
+    /// Whether directions are guided.
+    pub guiding: Guiding,
     /// AOVs to write, by name.
     pub aovs: Vec<String>,
 }
@@ -71,6 +86,7 @@ impl Default for RenderSettings {
             threads: 0,
             filter: PixelFilter::default(),
             distance_sampling: DistanceSampling::default(),
+            guiding: Guiding::default(),
             aovs: vec!["rgba".to_owned()],
         }
     }
@@ -156,6 +172,7 @@ impl RenderSettings {
             &["auto", "odds", "target", "delta"],
             "How the distance to the next scattering is sampled.",
         ),
+        text("guiding", "token", &["auto", "on", "off"], "Whether directions are guided."),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];
 

@@ -23,4 +23,4 @@ pub use graph::{
 };
 pub use kind::{KindSpec, ParamDefault, ParamSpec};
 pub use light::{Light, LightSample, LightSet, Receiver};
-pub use material::{Bsdf, BsdfSample, BsdfValue, Lobe, ShadingFrame};
+pub use material::{Bsdf, BsdfSample, BsdfValue, Lobe, ShadingFrame, Spread};

@@ -77,8 +77,22 @@ trait Scatter {
     /// Whether `evaluate` is zero everywhere.
     fn is_delta_only(&self) -> bool;
 
+    /// How widely the lobe scatters.
+    fn spread(&self) -> Spread;
+
     /// A guess of the reflected and transmitted fraction: chooses between lobes and fills the albedo AOV.
     fn albedo(&self, local: &LocalFrame, wo: Vec3A) -> Rgb;
+}
+
+/// How widely something scatters: whether it may follow where light comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Spread {
+    /// Into a narrow cone, or not at all.
+    Narrow,
+    /// Over the side it is lit from.
+    Reflection,
+    /// Over both sides.
+    BothSides,
 }
 
 /// A direction drawn by one lobe, in its local space.
@@ -109,6 +123,10 @@ macro_rules! closed_set {
 
             fn is_delta_only(&self) -> bool {
                 match self { $(Self::$kind(it) => it.is_delta_only()),+ }
+            }
+
+            fn spread(&self) -> Spread {
+                match self { $(Self::$kind(it) => it.spread()),+ }
             }
 
             fn albedo(&self, local: &LocalFrame, wo: Vec3A) -> Rgb {

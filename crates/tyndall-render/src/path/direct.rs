@@ -1,7 +1,7 @@
 //! Direct light: light sampling at events, and emitters met by chance, combined by the balance heuristic
 //! (Veach & Guibas 1995) over directional densities.
 
-use super::vertex::Vertex;
+use super::guided::GuidedVertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
 use tyndall_math::Rgb;
@@ -11,16 +11,16 @@ impl Path<'_> {
     /// Adds light from one sampled light.
     pub(super) fn add_direct<const MEDIA: bool>(
         &mut self,
-        vertex: &Vertex,
+        vertex: &GuidedVertex<'_>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) {
         let lights = self.world.lights();
-        if lights.lights.is_empty() || vertex.is_delta_only() {
+        if lights.lights.is_empty() || vertex.vertex.is_delta_only() {
             return;
         }
         let [u_light, u, v, _] = self.sampler.next_4d();
-        let position = vertex.position();
+        let position = vertex.vertex.position();
         let receiver = Receiver::Point { position };
         let Some((index, p_light)) = lights.sample_light(&receiver, u_light) else { return };
         let Some(light) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
@@ -34,7 +34,7 @@ impl Path<'_> {
         let by_vertex = if light.is_delta { 0.0 } else { pdf_vertex };
         let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
-        let shadow_ray = vertex.shadow_ray(&light);
+        let shadow_ray = vertex.vertex.shadow_ray(&light);
         statistics.shadow_rays += 1;
         let visibility =
             self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);

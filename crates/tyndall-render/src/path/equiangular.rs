@@ -7,6 +7,7 @@
 //! direction from a collision. They are combined by the balance heuristic, with [`collision_density`] in place of the
 //! tracker's density of distances: the weights add up to one for every path, which is all that they must.
 
+use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::{Vec2, Vec3A};
@@ -139,7 +140,7 @@ impl Path<'_> {
         };
         let position = ray.at(t);
         let Some(sample) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
-        let vertex = Vertex::Medium { position, travel: ray.direction, phase };
+        let vertex = GuidedVertex::new(self, Vertex::Medium { position, travel: ray.direction, phase });
         let (value, pdf_vertex) = vertex.evaluate(sample.direction);
         if value == Rgb::ZERO || sample.radiance == Rgb::ZERO || sample.pdf <= 0.0 {
             return;
@@ -150,7 +151,7 @@ impl Path<'_> {
         let by_phase = if sample.is_delta { 0.0 } else { pdf_vertex / sample.pdf };
         let weight = (1.0 + (p_point + by_phase) / relative).recip();
         let up_to = transmittance(media, &scratch.spans, &ray.up_to(t), &mut self.rng, &mut statistics.walks);
-        let shadow_ray = vertex.shadow_ray(&sample);
+        let shadow_ray = vertex.vertex.shadow_ray(&sample);
         statistics.shadow_rays += 1;
         let spans = std::mem::take(&mut scratch.spans);
         let visibility =

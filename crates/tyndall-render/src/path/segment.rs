@@ -4,8 +4,9 @@ use super::equiangular::Rival;
 use super::lesson::Lesson;
 use super::{FirstChoice, Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
-use tyndall_guiding::SegmentGuide;
-use tyndall_math::Ray;
+use super::training::SegmentEnding;
+use tyndall_guiding::{EventClass, SegmentGuide};
+use tyndall_math::{Ray, Rgb};
 use tyndall_volume::{PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
 
 /// Where the path goes on.
@@ -26,14 +27,12 @@ impl Path<'_> {
         statistics: &mut PathStatistics,
     ) -> Event {
         if !MEDIA {
-            self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
-            return Event::Pass;
+            return self.pass_freely(end);
         }
         let ray = self.ray.up_to(end.t().min(self.ray.t_max));
         self.world.find_spans(&ray, scratch);
         if scratch.spans.is_empty() {
-            self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
-            return Event::Pass;
+            return self.pass_freely(end);
         }
         let lit = self.lit_segment(&ray, scratch);
         if let Some(lit) = &lit {
@@ -63,6 +62,14 @@ impl Path<'_> {
         }
     }
 
+    /// Reaches the end: nothing is in the way.
+    #[inline]
+    fn pass_freely(&mut self, end: &SegmentEnd) -> Event {
+        self.recorder.pass_first_segment(Rgb::ONE);
+        self.end_lesson(SegmentEnding::tracked(EventClass::Surface, end.t()));
+        Event::Pass
+    }
+
     /// By transmittance.
     fn track(&mut self, ray: &Ray, scratch: &Scratch, statistics: &mut PathStatistics) -> Walk {
         let walk = sample_collision(
@@ -74,8 +81,10 @@ impl Path<'_> {
             &mut statistics.walks,
         );
         self.recorder.add_medium_light(self.throughput * walk.emission);
-        let scatters = matches!(walk.event, tyndall_volume::Event::Scatter { .. });
+        let (class, t) = outcome(&walk, ray);
+        self.end_lesson(SegmentEnding::tracked(class, t));
         // An unbiased estimate of what tracking's probability was.
+        let scatters = class == EventClass::Volume;
         self.recorder.choose(f32::from(u8::from(scatters)), scatters);
         walk
     }
@@ -103,9 +112,21 @@ impl Path<'_> {
             &mut statistics.walks,
         );
         self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
-        let scatters = matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. });
+        let (class, t) = outcome(&resampled.walk, ray);
+        let scatters = class == EventClass::Volume;
+        let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };
+        self.end_lesson(SegmentEnding { class, probability, sums: resampled.sums, t });
         self.recorder.choose(resampled.probability, scatters);
         self.lesson = Some(Lesson::new(self, &resampled, ray.t_max, statistics));
         resampled.walk
+    }
+}
+
+/// What a walk ended with, and where.
+#[inline]
+fn outcome(walk: &Walk, ray: &Ray) -> (EventClass, f32) {
+    match walk.event {
+        tyndall_volume::Event::Scatter { t, .. } => (EventClass::Volume, t),
+        tyndall_volume::Event::Pass => (EventClass::Surface, ray.t_max),
     }
 }

@@ -1,9 +1,9 @@
 //! Events at surfaces and in media: record, direct light, next direction.
 
+use super::guided::{GuidedVertex, NextDirection};
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
 use crate::world::{ShadingBuffer, SurfaceHit};
-use glam::Vec3A;
 use tyndall_math::{Ray, Rgb, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
@@ -23,14 +23,7 @@ impl Path<'_> {
             return false;
         }
         let travel = self.ray.direction;
-        let vertex = Vertex::Medium { position: self.ray.at(t), travel, phase };
-        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
-        let u = self.sampler.next_2d();
-        let Vertex::Medium { position, phase, .. } = vertex else { return false };
-        let sample = phase.sample(travel, u);
-        self.leave(position, position, sample.direction, sample.pdf, false);
-        self.throughput *= sample.value / sample.pdf;
-        true
+        self.scatter_at::<MEDIA>(Vertex::Medium { position: self.ray.at(t), travel, phase }, scratch, statistics)
     }
 
     /// A surface is met; returns whether the path goes on.
@@ -73,18 +66,22 @@ impl Path<'_> {
             wo,
             bsdf,
         };
-        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
-        self.choose_direction(&vertex)
+        self.scatter_at::<MEDIA>(vertex, scratch, statistics)
     }
 
-    /// Continues from a surface by sampling its BSDF.
-    fn choose_direction(&mut self, vertex: &Vertex) -> bool {
-        let Vertex::Surface { position, frame, wo, bsdf, .. } = vertex else { return false };
-        let [u, v, lobe, _] = self.sampler.next_4d();
-        let Some(sample) = bsdf.sample(frame, *wo, [u, v, lobe]) else { return false };
-        self.throughput *= sample.weight;
-        let origin = vertex.origin_towards(sample.direction);
-        self.leave(*position, origin, sample.direction, sample.pdf, sample.is_delta);
+    /// Direct light and the next direction.
+    #[inline]
+    fn scatter_at<const MEDIA: bool>(
+        &mut self,
+        vertex: Vertex<'_>,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> bool {
+        let vertex = GuidedVertex::new(self, vertex);
+        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
+        let Some(next) = vertex.sample(self.sampler.next_4d()) else { return false };
+        self.throughput *= next.weight;
+        self.leave(&vertex.vertex, &next);
         true
     }
 
@@ -99,8 +96,14 @@ impl Path<'_> {
     }
 
     #[inline]
-    fn leave(&mut self, position: Vec3A, origin: Vec3A, direction: Vec3A, pdf: f32, is_delta: bool) {
-        self.origin = Origin { position, pdf, is_delta, rival: self.rival.take() };
-        self.ray = Ray::new(origin, direction);
+    fn leave(&mut self, vertex: &Vertex<'_>, next: &NextDirection) {
+        self.origin = Origin {
+            position: vertex.position(),
+            pdf: next.pdf,
+            is_delta: next.is_delta,
+            rival: self.rival.take(),
+            vertex: Some(vertex.class()),
+        };
+        self.ray = Ray::new(vertex.origin_towards(next.direction), next.direction);
     }
 }

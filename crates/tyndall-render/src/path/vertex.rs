@@ -1,9 +1,13 @@
 //! A scattering event: what direct light and the next direction need to know about it.
 
-use glam::Vec3A;
+use super::guided::NextDirection;
+use glam::{Vec2, Vec3A};
 use tyndall_math::{Ray, Rgb, offset_ray_origin};
-use tyndall_shading::{Bsdf, LightSample, ShadingFrame};
+use tyndall_shading::{Bsdf, LightSample, ShadingFrame, Spread};
 use tyndall_volume::PhaseMix;
+
+/// Mean cosine beyond which a phase function is as good as a mirror.
+const NARROW_PHASE: f32 = 0.98;
 
 /// Where and how light scatters.
 pub(super) enum Vertex<'a> {
@@ -74,6 +78,41 @@ impl Vertex<'_> {
                 let value = bsdf.evaluate(frame, *wo, wi);
                 (value.total(), value.pdf)
             }
+        }
+    }
+
+    /// A direction of the vertex's own; `None` if the light is absorbed.
+    #[inline]
+    pub(super) fn sample(&self, u: [f32; 3]) -> Option<NextDirection> {
+        match self {
+            Self::Medium { travel, phase, .. } => {
+                let sample = phase.sample(*travel, Vec2::new(u[0], u[1]));
+                Some(NextDirection {
+                    direction: sample.direction,
+                    weight: Rgb::splat(sample.value / sample.pdf),
+                    pdf: sample.pdf,
+                    is_delta: false,
+                })
+            }
+            Self::Surface { frame, wo, bsdf, .. } => {
+                let sample = bsdf.sample(frame, *wo, u)?;
+                Some(NextDirection {
+                    direction: sample.direction,
+                    weight: sample.weight,
+                    pdf: sample.pdf,
+                    is_delta: sample.is_delta,
+                })
+            }
+        }
+    }
+
+    /// How widely it scatters.
+    #[inline]
+    pub(super) fn spread(&self) -> Spread {
+        match self {
+            Self::Medium { phase, .. } if phase.mean_cosine().abs() > NARROW_PHASE => Spread::Narrow,
+            Self::Medium { .. } => Spread::BothSides,
+            Self::Surface { bsdf, .. } => bsdf.spread(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The scattering of a hit: a few weighted lobes, and the fraction that passes straight through.
 
 use super::frame::{LocalFrame, Side};
-use super::{BsdfSample, BsdfValue, Diffuse, Lobe, ShadingFrame};
+use super::{BsdfSample, BsdfValue, Diffuse, Lobe, ShadingFrame, Spread};
 use glam::Vec3A;
 use tyndall_math::{Rgb, luminance};
 
@@ -190,6 +190,11 @@ impl Bsdf {
     /// Whether no direction but the sampled ones scatters: light sampling is pointless.
     pub fn is_delta_only(&self) -> bool {
         self.active().iter().all(|it| it.lobe.is_delta_only())
+    }
+
+    /// How widely the widest lobe scatters.
+    pub fn spread(&self) -> Spread {
+        self.active().iter().map(|it| it.lobe.spread()).max().unwrap_or(Spread::Narrow)
     }
 
     /// Whether nothing scatters.

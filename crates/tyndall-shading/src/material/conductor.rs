@@ -4,7 +4,7 @@
 use super::directional_albedo::{average, split_sum};
 use super::frame::LocalFrame;
 use super::microfacet::{Ggx, Roughness, mirror, reflect};
-use super::{BsdfValue, LobeSample, Scatter, fresnel, limited, unit_color};
+use super::{BsdfValue, LobeSample, Scatter, Spread, fresnel, limited, unit_color};
 use glam::{Vec2, Vec3A};
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
 use tyndall_math::{INV_PI, Rgb};
@@ -103,6 +103,10 @@ impl Scatter for Conductor {
 
     fn is_delta_only(&self) -> bool {
         self.roughness.is_smooth()
+    }
+
+    fn spread(&self) -> Spread {
+        self.roughness.spread(Spread::Reflection)
     }
 
     fn albedo(&self, _: &LocalFrame, wo: Vec3A) -> Rgb {

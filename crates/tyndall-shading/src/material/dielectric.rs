@@ -6,7 +6,7 @@
 
 use super::frame::LocalFrame;
 use super::microfacet::{Ggx, Roughness, mirror, reflect};
-use super::{BsdfValue, LobeSample, Scatter, fresnel, unit_color};
+use super::{BsdfValue, LobeSample, Scatter, Spread, fresnel, unit_color};
 use glam::{Vec2, Vec3A};
 use tyndall_math::Rgb;
 
@@ -158,6 +158,11 @@ impl Scatter for Dielectric {
 
     fn is_delta_only(&self) -> bool {
         self.roughness.is_smooth()
+    }
+
+    fn spread(&self) -> Spread {
+        let is_one_sided = self.mode == ScatterMode::Reflect;
+        self.roughness.spread(if is_one_sided { Spread::Reflection } else { Spread::BothSides })
     }
 
     fn albedo(&self, local: &LocalFrame, wo: Vec3A) -> Rgb {

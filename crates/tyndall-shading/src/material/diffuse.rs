@@ -4,7 +4,7 @@
 //! With roughness 0 it is exactly Lambert's. Names follow the paper.
 
 use super::frame::LocalFrame;
-use super::{BsdfValue, LobeSample, Scatter, unit, unit_color};
+use super::{BsdfValue, LobeSample, Scatter, Spread, unit, unit_color};
 use glam::{Vec2, Vec3A};
 use std::f32::consts::PI;
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -77,6 +77,10 @@ impl Scatter for Diffuse {
 
     fn is_delta_only(&self) -> bool {
         false
+    }
+
+    fn spread(&self) -> Spread {
+        Spread::Reflection
     }
 
     fn albedo(&self, _: &LocalFrame, _: Vec3A) -> Rgb {

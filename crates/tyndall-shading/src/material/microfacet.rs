@@ -5,10 +5,13 @@
 //! z is the normal.
 
 use glam::{Vec2, Vec3A};
+use super::Spread;
 use std::f32::consts::{PI, TAU};
 
 /// Below this the surface is a mirror.
 const SMOOTH: f32 = 0.005;
+/// From here on lobes are wide enough to follow the light.
+const WIDE: f32 = 0.3;
 /// Narrowest lobe that f32 half vectors resolve.
 const MIN_ALPHA: f32 = 1e-4;
 
@@ -32,6 +35,12 @@ impl Roughness {
     #[inline]
     pub(super) fn ggx(self) -> Option<Ggx> {
         (self.0 >= SMOOTH).then(|| Ggx { alpha: (self.0 * self.0).max(MIN_ALPHA) })
+    }
+
+    /// `wide` if a lobe of this roughness is wide enough to follow the light.
+    #[inline]
+    pub(super) fn spread(self, wide: Spread) -> Spread {
+        if self.0 >= WIDE { wide } else { Spread::Narrow }
     }
 
     /// Whether it is a mirror.

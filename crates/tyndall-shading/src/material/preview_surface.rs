@@ -14,7 +14,7 @@ use super::directional_albedo::{SplitSum, average, split_sum};
 use super::frame::LocalFrame;
 use super::microfacet::{Roughness, mirror, reflect};
 use super::{
-    Bsdf, BsdfValue, Dielectric, LobeSample, Scatter, ScatterMode, bsdf::choose, fresnel, unit, unit_color,
+    Bsdf, BsdfValue, Dielectric, LobeSample, Scatter, Spread, ScatterMode, bsdf::choose, fresnel, unit, unit_color,
 };
 use glam::{Vec2, Vec3A};
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};
@@ -274,6 +274,10 @@ impl Scatter for PreviewSurface {
         let has_rough_specular = self.has_specular() && !self.roughness.is_smooth();
         let has_rough_coat = self.coat > 0.0 && !self.coat_roughness.is_smooth();
         self.diffuse == Rgb::ZERO && !has_rough_specular && !has_rough_coat
+    }
+
+    fn spread(&self) -> Spread {
+        if self.diffuse != Rgb::ZERO { Spread::Reflection } else { self.roughness.spread(Spread::Reflection) }
     }
 
     fn albedo(&self, _: &LocalFrame, wo: Vec3A) -> Rgb {
