@@ -1,6 +1,6 @@
 """The Cycles translator against calibration images, each of one convention; skips without bpy or shared data.
 
-Grids are left to the benchmark itself (its table of means): each costs Cycles seconds before the first sample.
+Grids are left to the benchmark itself (its table of means): Cycles takes seconds before their first sample.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ use tyndall_scene::{
 };
 
 /// Every case and what is in its air.
-const CASES: [(&str, fn() -> Prims); 6] = [
+const CASES: [(&str, Air); 6] = [
     ("surfaces", Vec::new),
     ("far_medium", far_medium),
     ("grey_fog", || fog([0.2; 3])),
@@ -31,6 +31,7 @@ const GRID: usize = 80;
 const SLAB: usize = 8;
 
 type Prims = Vec<(&'static str, Prim)>;
+type Air = fn() -> Prims;
 
 fn main() {
     // Cargo adds `--bench`.
