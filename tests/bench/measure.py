@@ -153,7 +153,7 @@ def samples_for(seconds: float, measured: Sequence[tuple[int, float]]) -> int:
     """Return how many samples take about so many seconds.
 
     From the last two of the measured (samples, seconds) by a straight line, since some renderers have a cost
-    a render; a multiple of PASS above it.
+    a render; the nearest multiple of PASS above it.
     """
     spp, time = measured[-1]
     slope = time / spp
@@ -163,7 +163,8 @@ def samples_for(seconds: float, measured: Sequence[tuple[int, float]]) -> int:
 
 
 def _whole(spp: int) -> int:
-    return spp if spp < PASS else spp - spp % PASS
+    """Return the nearest count that everyone renders."""
+    return spp if spp < PASS else PASS * round(spp / PASS)
 
 
 def ladder(measure: Callable[[int], Measurement], threads: int, times: Sequence[float]) -> list[Measurement]:
@@ -171,13 +172,13 @@ def ladder(measure: Callable[[int], Measurement], threads: int, times: Sequence[
     # Two at least, to know what a render costs before its first sample.
     found = [measure(1), measure(RUNG)]
     for seconds in sorted(times):
-        while (wanted := samples_for(seconds, [(m.spp, m.cpu_seconds / threads) for m in found])) > found[
-            -1
-        ].spp:
-            rung = _whole(RUNG * found[-1].spp)
-            found.append(measure(min(wanted, rung)))
-            if wanted <= rung:
-                break
+        is_far = True
+        while is_far:
+            wanted = samples_for(seconds, [(m.spp, m.cpu_seconds / threads) for m in found])
+            rung = RUNG * found[-1].spp
+            is_far = wanted > rung
+            if wanted > found[-1].spp:
+                found.append(measure(_whole(min(wanted, rung))))
     return found
 
 
