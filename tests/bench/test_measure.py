@@ -11,7 +11,7 @@ THREADS = 2
 
 
 def renderer(setup: float, per_sample: float):
-    """Return `measure` of a renderer with a cost a render and one a sample (s a thread), and noise of 1/spp."""
+    """Return `measure` of a renderer with a cost a render and one a sample (s a thread); noise is 1/spp."""
 
     def measure(spp: int) -> Measurement:
         cpu = THREADS * (setup + per_sample * spp)
