@@ -46,7 +46,7 @@ test-rust: setup
 test-python: build $(STAMPS)/test
 	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
 
-bench: build $(STAMPS)/bench ## speed and error against time beside Mitsuba 3; JSON in out/bench
+bench: build $(STAMPS)/bench ## speed and error against time beside Cycles and Mitsuba 3; JSON in out/bench
 	scripts/setup_bench
 	PYTHONPATH=tests $(BIN)/python tests/bench/run.py --threads $(THREADS) $(ARGS)
 

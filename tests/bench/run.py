@@ -1,4 +1,4 @@
-"""Speed and error against time, beside Mitsuba 3 in the same run.
+"""Speed and error against time, beside Cycles and Mitsuba 3 in the same run; and what unused features cost.
 
 Every figure is CPU seconds divided by threads (shared machines make wall time meaningless); wall time is in
 the JSON. Writes out/bench/results.json and prints the tables. Scenes and references come with the shared
@@ -8,7 +8,8 @@ data.
 from __future__ import annotations
 
 import argparse
-import itertools
+import contextlib
+import importlib.util
 import json
 import math
 import os
@@ -18,31 +19,18 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from support import exr
+import lean
+from measure import Measurement, Pairs, Worker, WorkerError, alternate, error_at, ladder, samples_per_second
 from support.shared import REPO, shared_root
-from support.statistics import relative_mse
 
 SCENES = ("kitchen", "jungle", "cloud", "landscape", "underwater")
-RENDERERS = ("tyndall", "mitsuba-llvm", "mitsuba-scalar")
+RENDERERS = ("tyndall", "cycles", "mitsuba-llvm", "mitsuba-scalar")
+PARTS = ("peers", "start", "lean")
 STARTS = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Measurement:
-    """One render of a scene."""
-
-    scene: str
-    renderer: str
-    spp: int
-    cpu_seconds: float
-    wall_seconds: float
-    relative_mse: float
-    mean_ratio: float
 
 
 def llvm_library() -> str | None:
@@ -65,53 +53,42 @@ def environment() -> dict[str, str]:
     return {**os.environ, **({"DRJIT_LIBLLVM_PATH": library} if library else {})}
 
 
-def measure(scene: str, renderer: str, threads: int, seconds: float, out: Path) -> list[Measurement]:
-    """Render a ladder of sample counts in a process of its own."""
-    cases = shared_root() / "cases"
-    worker = Path(__file__).with_name("worker.py")
-    command = [sys.executable, worker, renderer, cases / "scenes" / f"{scene}.json", out]
-    options = ["--threads", str(threads), "--seconds", str(seconds)]
-    done = subprocess.run(
-        [*map(str, command), *options], capture_output=True, text=True, env=environment(), check=False
-    )
-    if done.returncode != 0:
-        sys.stderr.write(f"{scene} with {renderer} failed ({done.returncode}):\n{done.stderr[-2000:]}\n")
-    reference = exr.read_rgb(cases / "references" / f"{scene}.exr").astype(np.float64)
-    stated = json.loads((cases / "references" / "references.json").read_text(encoding="utf-8"))[scene]
-    found = []
-    for line in done.stdout.splitlines():
-        if not line.startswith("{"):
-            continue
-        result = json.loads(line)
-        image = np.load(out / result.pop("image"))
-        found.append(
-            Measurement(
-                scene=scene,
-                renderer=renderer,
-                relative_mse=relative_mse(image, reference, stated["relMSE_of_reference"]),
-                mean_ratio=float(image.mean() / reference.mean()),
-                **result,
-            )
-        )
-    return found
+def available(wanted: list[str]) -> list[str]:
+    """Return the renderers that can run here; say why others cannot."""
+    missing = {}
+    if not llvm_library():
+        missing["mitsuba-llvm"] = "no LLVM 16 or newer (on Debian: apt-get install libllvm19)"
+    if importlib.util.find_spec("bpy") is None:
+        missing["cycles"] = "bpy 5.0.1 is not installed (its wheel needs Python 3.11)"
+    for renderer in wanted:
+        if renderer in missing:
+            sys.stderr.write(f"{missing[renderer]}: {renderer} is left out\n")
+    return [r for r in wanted if r not in missing]
 
 
-def samples_per_second(measurements: list[Measurement], threads: int) -> float:
-    """Return samples a pixel in a second of CPU time a thread, from the longest render."""
-    longest = max(measurements, key=lambda m: m.cpu_seconds)
-    return longest.spp / (longest.cpu_seconds / threads)
-
-
-def error_at(measurements: list[Measurement], threads: int, seconds: float) -> float:
-    """Return the error at a time by interpolating between the neighbouring renders in log-log."""
-    points = sorted((m.cpu_seconds / threads, m.relative_mse) for m in measurements if m.relative_mse > 0)
-    for (t0, e0), (t1, e1) in itertools.pairwise(points):
-        if t0 <= seconds <= t1:
-            share = math.log(seconds / t0) / math.log(t1 / t0)
-            return math.exp(math.log(e0) * (1 - share) + math.log(e1) * share)
-    if points and seconds > points[-1][0]:  # noise falls with time beyond the last render too
-        return points[-1][1] * points[-1][0] / seconds
-    return math.nan
+def race(
+    scene: str, renderers: list[str], arguments: argparse.Namespace
+) -> tuple[list[Measurement], list[Pairs]]:
+    """Measure a scene with all renderers, then us and the fastest Mitsuba in turns."""
+    threads, measurements, pairs = arguments.threads, [], []
+    with contextlib.ExitStack() as stack:
+        workers: dict[str, Worker] = {}
+        rates: dict[str, float] = {}
+        for renderer in renderers:
+            try:
+                worker = stack.enter_context(Worker(scene, renderer, threads, arguments.out, environment()))
+                rungs = ladder(worker.measure, threads, arguments.seconds)
+            except WorkerError as error:
+                sys.stderr.write(f"{error}\n")
+                continue
+            measurements += rungs
+            workers[renderer], rates[renderer] = worker, samples_per_second(rungs, threads)
+            sys.stderr.write(f"{scene} {renderer}: {rates[renderer]:.2f} spp/s\n")
+        peers = [r for r in workers if r.startswith("mitsuba")]
+        if "tyndall" in workers and peers:
+            fastest = max(peers, key=lambda r: rates[r])
+            pairs.append(alternate(workers["tyndall"], workers[fastest], rates))
+    return measurements, pairs
 
 
 def start_up() -> dict[str, Any]:
@@ -150,70 +127,87 @@ def table(rows: list[list[str]]) -> str:
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in body])
 
 
-def report(measurements: list[Measurement], threads: int, times: list[float]) -> str:
-    """Return the two tables."""
-    speed = [["scene", *(f"{r} (spp/s)" for r in RENDERERS), "tyndall / fastest Mitsuba"]]
-    errors = [["scene", "CPU s / thread", *RENDERERS]]
-    means = [["scene", *(f"{r}: mean / reference" for r in RENDERERS)]]
+def _number(value: float, form: str) -> str:
+    return "-" if math.isnan(value) else format(value, form)
+
+
+def _in_turns(pairs: list[Pairs], scene: str) -> str:
+    """Return the median ratio of a scene's pairs with the range."""
+    for found in pairs:
+        if found.scene == scene:
+            return f"{found.median:.2f} ({min(found.ratios):.2f} to {max(found.ratios):.2f})"
+    return "-"
+
+
+def report(measurements: list[Measurement], pairs: list[Pairs], threads: int, times: list[float]) -> str:
+    """Return the tables: speed, error at equal time, means."""
+    renderers = [r for r in RENDERERS if any(m.renderer == r for m in measurements)]
+    speed = [["scene", *(f"{r} (spp/s)" for r in renderers), "tyndall / Mitsuba in turns"]]
+    errors = [["scene", *(f"{r} {seconds:g} s" for seconds in times for r in renderers)]]
+    means = [["scene", *renderers]]
     for scene in dict.fromkeys(m.scene for m in measurements):
-        by_renderer = {r: [m for m in measurements if (m.scene, m.renderer) == (scene, r)] for r in RENDERERS}
-        rates = {r: samples_per_second(ms, threads) if ms else math.nan for r, ms in by_renderer.items()}
-        peers = [rate for r, rate in rates.items() if r != "tyndall" and not math.isnan(rate)]
-        ratio = rates["tyndall"] / max(peers) if peers else math.nan
-        speed.append([scene, *(f"{rates[r]:.2f}" for r in RENDERERS), f"{ratio:.2f}"])
-        errors += [
-            [scene, f"{seconds:g}", *(f"{error_at(by_renderer[r], threads, seconds):.4g}" for r in RENDERERS)]
-            for seconds in times
-        ]
-        last = {
-            r: max(ms, key=lambda m: m.spp).mean_ratio if ms else math.nan for r, ms in by_renderer.items()
-        }
-        means.append([scene, *(f"{last[r]:.4f}" for r in RENDERERS)])
+        of = {r: [m for m in measurements if (m.scene, m.renderer) == (scene, r)] for r in renderers}
+        rates = [samples_per_second(of[r], threads) if of[r] else math.nan for r in renderers]
+        speed.append([scene, *(_number(rate, ".2f") for rate in rates), _in_turns(pairs, scene)])
+        at = [error_at(of[r], threads, seconds) for seconds in times for r in renderers]
+        errors.append([scene, *(_number(error, ".4g") for error in at)])
+        last = [max(of[r], key=lambda m: m.spp) if of[r] else None for r in renderers]
+        means.append([scene, *(" ".join(f"{c:.3f}" for c in m.channel_ratios) if m else "-" for m in last)])
     return (
         f"Samples a pixel in one CPU second of each of {threads} threads:\n\n{table(speed)}\n\n"
-        "relMSE at equal time (worst 0.1 % of pixels dropped, reference noise taken off):\n\n"
-        f"{table(errors)}\n\nMeans of the longest renders:\n\n{table(means)}\n"
+        "relMSE at equal CPU time a thread (worst 0.1 % of pixels dropped, reference noise taken off):\n\n"
+        f"{table(errors)}\n\n"
+        f"Mean of the longest render over the reference's, red green blue:\n\n{table(means)}\n"
     )
+
+
+def parse() -> argparse.Namespace:
+    """Return the arguments."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument(
+        *("--seconds", "-s"),
+        type=float,
+        nargs="+",
+        default=[4.0, 10.0],
+        help="CPU seconds a thread at which errors are told; the longest render takes the most of them",
+    )
+    parser.add_argument("--scenes", nargs="+", default=SCENES, choices=SCENES)
+    parser.add_argument("--renderers", nargs="+", default=RENDERERS, choices=RENDERERS)
+    parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS)
+    parser.add_argument("--out", type=Path, default=REPO / "out" / "bench")
+    arguments = parser.parse_args()
+    if {"peers", "start"} & set(arguments.parts) and not (shared_root() / "cases" / "scenes").is_dir():
+        sys.exit(f"{shared_root()} is absent: set TYNDALL_SHARED to the folder with the benchmark scenes")
+    return arguments
 
 
 def main() -> None:
     """Run the benchmark."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--threads", type=int, default=2)
-    parser.add_argument(
-        "--seconds", type=float, default=10.0, help="CPU seconds a thread of the longest render"
-    )
-    parser.add_argument("--scenes", nargs="+", default=SCENES, choices=SCENES)
-    parser.add_argument("--renderers", nargs="+", default=RENDERERS, choices=RENDERERS)
-    parser.add_argument("--out", type=Path, default=REPO / "out" / "bench")
-    arguments = parser.parse_args()
-    if not (shared_root() / "cases" / "scenes").is_dir():
-        sys.exit(f"{shared_root()} is absent: set TYNDALL_SHARED to the folder with the benchmark scenes")
-    renderers = [r for r in arguments.renderers if r != "mitsuba-llvm" or llvm_library()]
-    if len(renderers) < len(arguments.renderers):
-        sys.stderr.write(
-            "no LLVM 16 or newer (on Debian: apt-get install libllvm19): mitsuba-llvm is left out\n"
-        )
-
+    arguments = parse()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    measurements: list[Measurement] = []
-    for scene in arguments.scenes:
-        for renderer in renderers:
-            measurements += measure(scene, renderer, arguments.threads, arguments.seconds, arguments.out)
-            rate = samples_per_second(measurements[-1:], arguments.threads) if measurements else math.nan
-            sys.stderr.write(f"{scene} {renderer}: {rate:.2f} spp/s\n")
-    results: dict[str, Any] = {
-        "threads": arguments.threads,
-        "measurements": [asdict(m) for m in measurements],
-    }
-    times = [arguments.seconds / 5, arguments.seconds / 2, arguments.seconds]
-    text = report(measurements, arguments.threads, times)
-    if "tyndall" in renderers:
+    results: dict[str, Any] = {"threads": arguments.threads}
+    texts = []
+    if "peers" in arguments.parts:
+        renderers = available(arguments.renderers)
+        raced = [race(scene, renderers, arguments) for scene in arguments.scenes]
+        measurements = [m for found, _ in raced for m in found]
+        pairs = [p for _, found in raced for p in found]
+        results["measurements"] = [asdict(m) for m in measurements]
+        results["pairs"] = [{**asdict(p), "ratios": p.ratios, "median": p.median} for p in pairs]
+        texts.append(report(measurements, pairs, arguments.threads, arguments.seconds))
+    if "start" in arguments.parts:
         results["start_up"] = started = start_up()
-        text += (
-            f"\nStart-up, cloud scene, process start to end with 1 sample: {started['wall_seconds']:.2f} s "
+        texts.append(
+            f"Start-up, cloud scene, process start to end with 1 sample: {started['wall_seconds']:.2f} s "
             f"(best {started['wall_seconds_best']:.2f} s), {started['cpu_seconds']:.2f} CPU s\n"
         )
+    if "lean" in arguments.parts:
+        checks = lean.measure()
+        results["lean"] = [asdict(check) for check in checks]
+        head = ["unused", "measured", "without", "with", "ratio"]
+        texts.append("What is not used costs nothing:\n\n" + table([head, *map(lean.row, checks)]) + "\n")
+    text = "\n".join(texts)
     (arguments.out / "results.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
     (arguments.out / "tables.md").write_text(text, encoding="utf-8")
     sys.stdout.write(text)

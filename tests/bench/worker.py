@@ -1,13 +1,16 @@
-"""Renders one scene with one renderer at a ladder of sample counts; one JSON line a render.
+"""Renders one scene with one renderer, as often as it is asked to.
 
-Its own process, so that CPU time is the renderer's. Usage: ``worker.py RENDERER SCENE_JSON OUT_FOLDER
---threads N --seconds S``: counts double fourfold until a render took S seconds of CPU time a thread.
+Its own process, so that CPU time is the renderer's, and one that stays, so that nothing is compiled twice.
+Usage: ``worker.py RENDERER SCENE_JSON OUT_FOLDER --threads N``. Says ``{}`` when it is ready; every line
+``{"spp": n, "seed": s}`` on its input is answered by one line with the CPU and wall seconds of that render
+and the file of its image. Whatever a renderer prints goes to the error stream.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import resource
 import sys
 import time
@@ -19,7 +22,6 @@ import numpy as np
 Render = Callable[[int, int], np.ndarray]
 # Mitsuba keeps all paths of a pass in memory; longer renders are sums of passes.
 SAMPLES_PER_PASS = 16
-LADDER = (1, 4, 16, 64, 256, 1024, 4096)
 
 
 def tyndall(scene: Path, threads: int) -> Render:
@@ -44,6 +46,14 @@ def tyndall(scene: Path, threads: int) -> Render:
     return render
 
 
+def cycles(scene: Path, threads: int) -> Render:
+    """Return the same for Cycles."""
+    import cycles_scene
+
+    cycles_scene.load(scene, threads)
+    return cycles_scene.render
+
+
 def mitsuba(variant: str) -> Callable[[Path, int], Render]:
     """Return the same for a variant of Mitsuba 3."""
 
@@ -60,13 +70,12 @@ def mitsuba(variant: str) -> Callable[[Path, int], Render]:
 
         def render(spp: int, seed: int) -> np.ndarray:
             passes = [SAMPLES_PER_PASS] * (spp // SAMPLES_PER_PASS) or [spp]
+            assert sum(passes) == spp, f"{spp} samples are no multiple of {SAMPLES_PER_PASS}"
             total = 0.0
             for i, samples in enumerate(passes):
                 total = total + np.array(mi.render(loaded, spp=samples, seed=seed * 4096 + i)) * samples
-            return total / sum(passes)
+            return total / spp
 
-        # The first render compiles the kernels, which is not what is measured.
-        render(1, 0)
         return render
 
     return build
@@ -74,6 +83,7 @@ def mitsuba(variant: str) -> Callable[[Path, int], Render]:
 
 RENDERERS: dict[str, Callable[[Path, int], Render]] = {
     "tyndall": tyndall,
+    "cycles": cycles,
     "mitsuba-llvm": mitsuba("llvm_ad_rgb"),
     "mitsuba-scalar": mitsuba("scalar_rgb"),
 }
@@ -90,22 +100,28 @@ def main() -> None:
     parser.add_argument("scene", type=Path)
     parser.add_argument("out", type=Path)
     parser.add_argument("--threads", type=int, required=True)
-    parser.add_argument("--seconds", type=float, required=True)
     arguments = parser.parse_args()
 
+    # Blender prints to the standard output, past Python too.
+    answers = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+
+    def answer(value: dict[str, object]) -> None:
+        answers.write(json.dumps(value) + "\n")
+        answers.flush()
+
     render = RENDERERS[arguments.renderer](arguments.scene, arguments.threads)
-    for seed, spp in enumerate(LADDER, start=1):
+    # The first render compiles kernels or loads libraries, which is not what is measured.
+    render(1, 0)
+    answer({})
+    for line in sys.stdin:
+        wanted = json.loads(line)
         cpu, wall = cpu_seconds(), time.perf_counter()
-        image = render(spp, seed)
+        image = render(wanted["spp"], wanted["seed"])
         cpu, wall = cpu_seconds() - cpu, time.perf_counter() - wall
-        file = arguments.out / f"{arguments.scene.stem}_{arguments.renderer}_{spp}.npy"
+        file = arguments.out / f"{arguments.scene.stem}_{arguments.renderer}_{wanted['spp']}.npy"
         np.save(file, image.astype(np.float32))
-        result = {"spp": spp, "cpu_seconds": cpu, "wall_seconds": wall, "image": file.name}
-        sys.stdout.write(json.dumps(result) + "\n")
-        sys.stdout.flush()
-        # The next rung costs four times as much.
-        if cpu / arguments.threads > arguments.seconds / 2:
-            break
+        answer({"spp": wanted["spp"], "cpu_seconds": cpu, "wall_seconds": wall, "image": file.name})
 
 
 if __name__ == "__main__":

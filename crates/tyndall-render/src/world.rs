@@ -63,7 +63,7 @@ impl World {
 
     /// Whether any medium exists; scenes without compile the media out of their paths.
     pub(crate) fn has_media(&self) -> bool {
-        !self.media.is_empty()
+        !cfg!(feature = "without-media") && !self.media.is_empty()
     }
 
     /// The media, in the order of their boundaries.
