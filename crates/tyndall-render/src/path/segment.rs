@@ -8,7 +8,7 @@ use tyndall_volume::PhaseMix;
 /// Where the path goes on.
 pub(super) enum Event {
     /// Scattered in a medium at this distance.
-    Scatter { t: f32, phase: PhaseMix },
+    Scatter { t: f64, phase: PhaseMix },
     /// Reached the segment's end.
     Pass,
 }
@@ -26,8 +26,9 @@ impl Path<'_> {
             self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
             return Event::Pass;
         }
-        let ray = self.ray.up_to(end.t().min(self.ray.t_max));
-        self.world.find_spans(&ray, scratch);
+        let end = self.world.distance(end, &self.ray, self.low);
+        let ray = self.ray.up_to(end.min(self.ray.t_max));
+        self.world.find_spans(&ray, self.low, scratch);
         if scratch.spans.is_empty() {
             self.recorder.pass_first_segment(tyndall_math::Rgb::ONE);
             return Event::Pass;

@@ -4,7 +4,7 @@ use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
 use crate::world::{ShadingBuffer, SurfaceHit};
 use glam::Vec3A;
-use tyndall_math::{Ray, Rgb, mean_component};
+use tyndall_math::{Ray, Rgb, SplitPoint, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
@@ -12,7 +12,7 @@ impl Path<'_> {
     /// A scattering event in a medium; returns whether the path goes on.
     pub(super) fn scatter_in_medium<const MEDIA: bool>(
         &mut self,
-        t: f32,
+        t: f64,
         phase: PhaseMix,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
@@ -23,12 +23,12 @@ impl Path<'_> {
             return false;
         }
         let travel = self.ray.direction;
-        let vertex = Vertex::Medium { position: self.ray.at(t), travel, phase };
+        let vertex = Vertex::Medium { point: SplitPoint::on(&self.ray, self.low, t), travel, phase };
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         let u = self.sampler.next_2d();
-        let Vertex::Medium { position, phase, .. } = vertex else { return false };
+        let Vertex::Medium { point, phase, .. } = vertex else { return false };
         let sample = phase.sample(travel, u);
-        self.leave(position, position, sample.direction, sample.pdf, false);
+        self.leave(point.high, point, sample.direction, sample.pdf, false);
         self.throughput *= sample.value / sample.pdf;
         true
     }
@@ -53,6 +53,7 @@ impl Path<'_> {
                 let direction = self.ray.direction;
                 let origin = surface.origin_behind(direction);
                 self.ray = Ray { origin, direction, t_max: self.ray.t_max - hit.t() };
+                self.low = surface.position - origin;
                 return true;
             }
             self.throughput /= 1.0 - straight;
@@ -99,8 +100,9 @@ impl Path<'_> {
     }
 
     #[inline]
-    fn leave(&mut self, position: Vec3A, origin: Vec3A, direction: Vec3A, pdf: f32, is_delta: bool) {
+    fn leave(&mut self, position: Vec3A, origin: SplitPoint, direction: Vec3A, pdf: f32, is_delta: bool) {
         self.origin = Origin { position, pdf, is_delta, rival: self.rival.take() };
-        self.ray = Ray::new(origin, direction);
+        self.ray = Ray::new(origin.high, direction);
+        self.low = origin.low;
     }
 }

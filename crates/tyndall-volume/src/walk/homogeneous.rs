@@ -13,14 +13,13 @@ use tyndall_math::random::Pcg;
 pub(super) fn sample_one(present: &Present<'_>, rng: &mut Pcg) -> Walk {
     let (c, [t0, t1]) = (&present.coefficients, present.t);
     if !c.scatters() {
-        return Walk::pass(attenuation(c.sigma_t, t1 - t0));
+        return Walk::pass(attenuation(c.sigma_t, (t1 - t0) as f32));
     }
     let (tau, sigma_t) = (exponential(rng), c.sigma_t.x);
-    if tau >= sigma_t * (t1 - t0) {
+    let t = t0 + f64::from(tau) / f64::from(sigma_t);
+    if t >= t1 {
         return Walk::pass(Rgb::ONE);
     }
-    // `sigma_t * (t1 - t0) > tau` does not quite imply `t < t1` in f32.
-    let t = (t0 + tau / sigma_t).min(t1);
     let event = Event::Scatter { t, phase: present.medium.phase };
     Walk::scatter(event, c.albedo())
 }
@@ -34,7 +33,7 @@ pub(super) fn sample(segment: &mut Segment<'_>, channels: Vec3A, rng: &mut Pcg) 
     let drawn = exponential(rng);
     let (mut tau, mut absorbed) = (Rgb::ZERO, Rgb::ZERO);
     while let Some(cell) = segment.next_cell() {
-        let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
+        let (c, dt) = (&cell.homogeneous, cell.length() as f32);
         let depth = optical_depth(c.sigma_t, dt);
         if !c.scatters() {
             absorbed += depth;
@@ -62,7 +61,7 @@ fn scatter(
     channels: Vec3A,
     rng: &mut Pcg,
 ) -> Walk {
-    let t = (cell.t0 + ds).min(cell.t1);
+    let t = (cell.t0 + f64::from(ds)).min(cell.t1);
     let sigma_t = cell.homogeneous.sigma_t;
     // Relative to the largest coefficient: 1e12 per unit must not overflow.
     let scale = sigma_t.max_element().recip();
