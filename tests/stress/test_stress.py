@@ -47,21 +47,6 @@ TWINS = {"offset_1e+06": "offset_1e+06_moved_back"}
 OFFSET = Gf.Vec3d(1e6, 0, 1e6)
 
 
-# Known to be wrong: strict, so that whoever mends one has to take it off this list.
-BELOW_ROUNDING = "a free flight shorter than the rounding of f32 positions never gets deeper: 5 % too dark"
-KNOWN_WRONG = {
-    "density_1e8": BELOW_ROUNDING,
-    "density_1e12": BELOW_ROUNDING,
-}
-
-
-def marked(case: dict[str, Any]) -> Any:
-    """Return the case as a parameter, expected to fail if it is known to."""
-    reason = KNOWN_WRONG.get(case["id"])
-    marks = [pytest.mark.xfail(strict=True, reason=reason)] if reason else []
-    return pytest.param(case, id=case["id"], marks=marks)
-
-
 @dataclass(frozen=True, slots=True)
 class Result:
     """A finished render of a case."""
@@ -121,7 +106,7 @@ def test_the_cases_are_there() -> None:
     assert len(CASES) >= 70
 
 
-@pytest.mark.parametrize("case", [marked(case) for case in CASES])
+@pytest.mark.parametrize("case", CASES, ids=[case["id"] for case in CASES])
 def test_case(case: dict[str, Any], folder: Path) -> None:
     result = render(case["id"], folder)
     check, *arguments = case["check"].split()

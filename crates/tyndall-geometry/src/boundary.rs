@@ -15,7 +15,7 @@ use crate::blas::Blas;
 use crate::bvh::{
     Bounds, BoxRay, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
 };
-use analytic::{box_interval, round_outward, share, sphere_interval};
+use analytic::{box_interval, sphere_interval};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
 use std::ops::Range;
 use std::sync::Arc;
@@ -99,8 +99,8 @@ impl Inverse {
     }
 
     #[inline]
-    fn ray(&self, ray: &Ray) -> (DVec3, DVec3) {
-        let origin = self.local_from_world * (ray.origin.as_dvec3() - self.center);
+    fn ray(&self, ray: &Ray, low: Vec3A) -> (DVec3, DVec3) {
+        let origin = self.local_from_world * (ray.origin.as_dvec3() + low.as_dvec3() - self.center);
         (origin, self.local_from_world * ray.direction.as_dvec3())
     }
 }
@@ -134,19 +134,25 @@ impl Boundaries {
         self.regions.is_empty()
     }
 
-    /// Calls `emit(boundary, t0, t1, share)` for every part of `ray` inside a boundary, `0 <= t0 < t1 <= t_max`,
-    /// ordered by (boundary, t0). Spans of one boundary don't overlap; those of different ones may. A span shorter than
-    /// the spacing of f32 is widened to it, never lost; `share` is its exact length divided by `t1 - t0`, so that
-    /// optical depths stay right. A ray that is not finite or has no direction has no spans.
+    /// Calls `emit(boundary, t0, t1)` for every part of `ray` inside a boundary, `0 <= t0 < t1 <= t_max`,
+    /// ordered by (boundary, t0). Spans of one boundary don't overlap; those of different ones may. The ray begins at
+    /// `ray.origin + low` (see [`tyndall_math::SplitPoint`]): between walls a free flight apart, rounding to f32 would
+    /// decide on which side. A ray that is not finite or has no direction has no spans.
     #[inline]
-    pub fn spans(&self, ray: &Ray, scratch: &mut SpanScratch, emit: &mut impl FnMut(u32, f32, f32, f32)) {
+    pub fn spans(
+        &self,
+        ray: &Ray,
+        low: Vec3A,
+        scratch: &mut SpanScratch,
+        emit: &mut impl FnMut(u32, f64, f64),
+    ) {
         if !is_traceable(ray) {
             return;
         }
         let SpanScratch { candidates, crossings } = scratch;
         let Some(bvh) = &self.bvh else {
             for boundary in 0..self.regions.len() as u32 {
-                self.spans_of(boundary, ray, crossings, emit);
+                self.spans_of(boundary, ray, low, crossings, emit);
             }
             return;
         };
@@ -156,7 +162,7 @@ impl Boundaries {
         // In order of number, not of the tree.
         candidates.sort_unstable();
         for &boundary in candidates.iter() {
-            self.spans_of(boundary, ray, crossings, emit);
+            self.spans_of(boundary, ray, low, crossings, emit);
         }
     }
 
@@ -165,25 +171,27 @@ impl Boundaries {
         &self,
         boundary: u32,
         ray: &Ray,
+        low: Vec3A,
         crossings: &mut Vec<Crossing>,
-        emit: &mut impl FnMut(u32, f32, f32, f32),
+        emit: &mut impl FnMut(u32, f64, f64),
     ) {
         let mut clipped = |t0: f64, t1: f64| {
-            if let Some([near, far]) = round_outward(t0, t1, ray.t_max) {
-                emit(boundary, near, far, share(t0, t1, near, far, ray.t_max));
+            let (t0, t1) = (t0.max(0.0), t1.min(f64::from(ray.t_max)));
+            if t0 < t1 {
+                emit(boundary, t0, t1);
             }
         };
         match &self.regions[boundary as usize] {
             Region::Nothing => {}
             Region::Unbounded => clipped(0.0, f64::INFINITY),
             Region::Box(inverse) => {
-                let (origin, direction) = inverse.ray(ray);
+                let (origin, direction) = inverse.ray(ray, low);
                 if let Some([t0, t1]) = box_interval(origin, direction, DVec3::NEG_ONE, DVec3::ONE) {
                     clipped(t0, t1);
                 }
             }
             Region::Sphere(inverse) => {
-                let (origin, direction) = inverse.ray(ray);
+                let (origin, direction) = inverse.ray(ray, low);
                 if let Some([t0, t1]) = sphere_interval(origin, direction) {
                     clipped(t0, t1);
                 }

@@ -12,6 +12,7 @@ mod interval;
 pub mod random;
 mod ray;
 pub mod sampling;
+mod split;
 mod sum;
 
 pub use blackbody::{blackbody_color, blackbody_radiance};
@@ -19,6 +20,7 @@ pub use color::{Rgb, luminance, max_component, mean_component, rec709_from_srgb,
 pub use frame::Frame;
 pub use interval::{GAMMA_3, gamma, offset_ray_origin};
 pub use ray::Ray;
+pub use split::SplitPoint;
 pub use sum::CompensatedSum;
 
 /// 1 / pi.

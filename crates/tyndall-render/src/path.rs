@@ -70,6 +70,8 @@ struct Path<'a> {
     /// Numbers of unbounded count: free-flight candidates, ratio tracking.
     rng: Pcg,
     ray: Ray,
+    /// What rounding took from the origin of `ray`, see [`tyndall_math::SplitPoint`].
+    low: Vec3A,
     origin: Origin,
     throughput: Rgb,
     /// Scattering events so far; at most `max_scatter`.
@@ -154,6 +156,7 @@ impl<'a> Integrator<'a> {
             rng: sampler.stream(0),
             sampler,
             ray: camera_ray.ray,
+            low: Vec3A::ZERO,
             origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true, rival: None, vertex: None },
             throughput: Rgb::ONE,
             scatter_count: 0,

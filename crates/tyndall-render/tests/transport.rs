@@ -218,6 +218,45 @@ fn unbounded_media_scatter_under_a_sky_alone() {
     assert_is_everywhere(&prims, &settings(64, 500), 1.0);
 }
 
+#[test]
+fn half_spaces_of_any_density_reflect_as_chandrasekhar_says() {
+    // Free flights down to a billionth of the spacing of f32 at the surface. Seen head on under a white sky:
+    // 1 - sqrt(1 - albedo) H(1), with H of isotropic scattering (Chandrasekhar 1950, Radiative Transfer, table XI).
+    for sigma in [1.0f32, 1e4, 1e8, 1e12] {
+        for (albedo, reflectance) in [(0.5f32, 0.1152259), (0.9, 0.4149475)] {
+            let size = if sigma < 10.0 { 1000.0 } else { 1.7 };
+            let material = isotropic([sigma * (1.0 - albedo); 3], [sigma * albedo; 3]);
+            let prims = [
+                ("/half", shape(ShapeKind::Cube { size }, DVec3::new(0.0, 0.0, -0.5 * size), "/m")),
+                ("/m", material),
+                ("/sky", dome(1.0)),
+                ("/camera", head_on(DVec3::new(0.1, -0.2, 1.3))),
+            ];
+            assert_is_everywhere(&prims, &settings(512, 5000), reflectance);
+        }
+    }
+}
+
+fn isotropic(absorption: [f32; 3], scattering: [f32; 3]) -> Prim {
+    let inputs =
+        [("absorption", NodeInput::Vector(absorption)), ("scattering", NodeInput::Vector(scattering))];
+    Prim::Material(Arc::new(Material {
+        nodes: vec![node("volume", &inputs)],
+        surface: None,
+        volume: Some(0),
+    }))
+}
+
+/// Sees a twentieth of a degree.
+fn head_on(position: DVec3) -> Prim {
+    Prim::Camera(Arc::new(Camera {
+        world_from_camera: DAffine3::from_translation(position),
+        aperture: DVec2::splat(1.0),
+        focal_length: 1000.0,
+        ..Camera::default()
+    }))
+}
+
 fn still_life() -> Vec<(&'static str, Prim)> {
     vec![
         (

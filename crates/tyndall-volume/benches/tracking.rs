@@ -34,7 +34,7 @@ fn main() {
 
 /// Mean optical depth across.
 const TAUS: [f32; 3] = [0.5, 5.0, 500.0];
-const SPANS: [Span; 1] = [Span { t0: 0.0, t1: f32::INFINITY, medium: 0, share: 1.0 }];
+const SPANS: [Span; 1] = [Span { t0: 0.0, t1: f64::INFINITY, medium: 0 }];
 
 static CLOUD: LazyLock<Arc<BrickGrid>> = LazyLock::new(|| {
     let noise = |v: IVec3, seed: u64| {

@@ -71,14 +71,14 @@ impl Emission {
         }
     }
 
-    /// Made fit for arithmetic, times `factor`.
+    /// Made fit for arithmetic.
     #[inline]
-    pub(crate) fn scaled(self, factor: f32) -> Self {
+    pub(crate) fn usable(self) -> Self {
         match self {
-            Self::Glow(color) => Self::Glow(usable(color) * factor),
+            Self::Glow(color) => Self::Glow(usable(color)),
             Self::Blackbody { kelvin, intensity } => {
                 let kelvin = if kelvin > 0.0 { kelvin } else { 0.0 };
-                Self::Blackbody { kelvin, intensity: usable(intensity) * factor }
+                Self::Blackbody { kelvin, intensity: usable(intensity) }
             }
         }
     }
@@ -95,7 +95,7 @@ impl Medium {
     /// It may emit light.
     #[inline]
     pub fn emits(&self) -> bool {
-        !self.emission.scaled(1.0).is_dark()
+        !self.emission.usable().is_dark()
     }
 }
 
@@ -106,25 +106,23 @@ fn usable(c: Rgb) -> Rgb {
     Rgb::select(normal, c.min(Vec3A::splat(MAX_COEFFICIENT)), Rgb::ZERO)
 }
 
-/// An interval of a ray inside a medium.
+/// An interval of a ray inside a medium. In f64: the thinnest layer and the first free flight into the densest medium are
+/// not lost in the rounding of how far away they are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Span {
     /// Where it begins, in units of the ray's direction.
-    pub t0: f32,
-    /// Where it ends; `f32::INFINITY` for an unbounded medium.
-    pub t1: f32,
+    pub t0: f64,
+    /// Where it ends; infinite for an unbounded medium.
+    pub t1: f64,
     /// Index into the list of media.
     pub medium: u32,
-    /// Factor on the medium's coefficients: the span's exact length divided by `t1 - t0`. 1 but for spans so short
-    /// that the rounding of their ends shows.
-    pub share: f32,
 }
 
 impl Span {
     /// The part on the ray, if not empty.
     #[inline]
-    pub(crate) fn clipped(&self, ray: &Ray) -> Option<[f32; 2]> {
-        let (t0, t1) = (self.t0.max(0.0), self.t1.min(ray.t_max));
+    pub(crate) fn clipped(&self, ray: &Ray) -> Option<[f64; 2]> {
+        let (t0, t1) = (self.t0.max(0.0), self.t1.min(f64::from(ray.t_max)));
         (t0 < t1).then_some([t0, t1])
     }
 }
@@ -139,12 +137,6 @@ pub struct Coefficients {
 }
 
 impl Coefficients {
-    /// All coefficients times `factor`.
-    #[inline]
-    pub(crate) fn scaled(self, factor: f32) -> Self {
-        Self { sigma_t: self.sigma_t * factor, sigma_s: self.sigma_s * factor }
-    }
-
     /// Adds `density` times `other`.
     #[inline]
     pub(crate) fn add_scaled(&mut self, other: &Coefficients, density: f32) {

@@ -15,15 +15,15 @@ pub struct PointSums {
 }
 
 /// The sums of all media at `t`.
-pub fn sums_at(media: &[Medium], spans: &[Span], ray: &Ray, t: f32) -> PointSums {
+pub fn sums_at(media: &[Medium], spans: &[Span], ray: &Ray, t: f64) -> PointSums {
     let mut sums = PointSums::default();
-    for span in spans.iter().filter(|span| span.t0 <= t && t < span.t1 && t <= ray.t_max) {
+    for span in spans.iter().filter(|span| span.t0 <= t && t < span.t1 && t <= f64::from(ray.t_max)) {
         let medium = &media[span.medium as usize];
-        let c = medium.coefficients().scaled(span.share);
         let density = medium.density.as_ref().map_or(1.0, |density| {
-            f64::from(density.grid.density(density.index_from_world.transform_point3a(ray.at(t))))
+            f64::from(density.grid.density(density.index_from_world.transform_point3a(ray.at(t as f32))))
         });
-        let emission = medium.emission.scaled(span.share).at(density as f32);
+        let c = medium.coefficients();
+        let emission = medium.emission.usable().at(density as f32);
         for i in 0..3 {
             sums.sigma_t[i] += f64::from(c.sigma_t[i]) * density;
             sums.sigma_s[i] += f64::from(c.sigma_s[i]) * density;
@@ -50,7 +50,7 @@ pub fn march(media: &[Medium], spans: &[Span], ray: &Ray, n: u32, f: impl Fn(f64
     let mut result = March { transmittance: [1.0; 3], ..Default::default() };
     for i in 0..n {
         let t = (f64::from(i) + 0.5) * dt;
-        let sums = sums_at(media, spans, ray, t as f32);
+        let sums = sums_at(media, spans, ray, t);
         for c in 0..3 {
             let tau = sums.sigma_t[c] * dt;
             let inside = if tau > 1e-12 { -(-tau).exp_m1() / tau } else { 1.0 };

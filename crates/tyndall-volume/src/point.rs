@@ -14,7 +14,7 @@ pub fn scattering_at(
     media: &[Medium],
     spans: &[Span],
     ray: &Ray,
-    t: f32,
+    t: f64,
     channels: Vec3A,
     rng: &mut Pcg,
 ) -> Option<(PhaseMix, Rgb)> {
@@ -31,7 +31,7 @@ pub fn scattering_at(
 ///
 /// It is that density (for grey light) where all media are homogeneous, and uniform between `t0` and `t1` where grids
 /// are: a pure function of its arguments, as the weights of multiple importance sampling must be.
-pub fn collision_density(media: &[Medium], spans: &[Span], ray: &Ray, t: f32, [t0, t1]: [f32; 2]) -> f32 {
+pub fn collision_density(media: &[Medium], spans: &[Span], ray: &Ray, t: f64, [t0, t1]: [f32; 2]) -> f32 {
     let (mut sigma_t, mut tau) = (Rgb::ZERO, Rgb::ZERO);
     for span in spans {
         let (Some([from, to]), Some(medium)) = (span.clipped(ray), media.get(span.medium as usize)) else {
@@ -40,12 +40,12 @@ pub fn collision_density(media: &[Medium], spans: &[Span], ray: &Ray, t: f32, [t
         if medium.density.is_some() {
             return (t1 - t0).recip();
         }
-        let c = medium.coefficients().scaled(span.share);
+        let c = medium.coefficients();
         if from <= t && t < to {
             sigma_t += c.sigma_t;
         }
         if t > from {
-            tau += c.sigma_t * (t.min(to) - from);
+            tau += c.sigma_t * (t.min(to) - from) as f32;
         }
     }
     (sigma_t * (-tau).exp()).element_sum() / 3.0
@@ -67,8 +67,8 @@ mod tests {
         }
     }
 
-    fn span(t0: f32, t1: f32, medium: u32) -> Span {
-        Span { t0, t1, medium, share: 1.0 }
+    fn span(t0: f64, t1: f64, medium: u32) -> Span {
+        Span { t0, t1, medium }
     }
 
     #[test]
@@ -102,7 +102,7 @@ mod tests {
                     &media,
                     &spans,
                     &ray,
-                    (i as f32 + 0.5) * 3.0 / n as f32,
+                    (f64::from(i) + 0.5) * 3.0 / f64::from(n),
                     [0.0, 3.0],
                 ))
             })

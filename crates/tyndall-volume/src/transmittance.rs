@@ -31,13 +31,12 @@ pub fn transmittance(
     let mut depth = Rgb::ZERO;
     let mut has_grid = false;
     let present = |span: &Span| {
-        Some((span.clipped(ray)?, media.get(span.medium as usize)?))
-            .map(|(t, m)| (t, m, m.coefficients().scaled(span.share)))
+        Some((span.clipped(ray)?, media.get(span.medium as usize)?)).map(|(t, m)| (t, m, m.coefficients()))
     };
     for ([t0, t1], medium, c) in spans.iter().filter_map(present) {
         has_grid |= medium.density.is_some();
         if medium.density.is_none() && c.sigma_t != Rgb::ZERO {
-            depth += Rgb::select(c.sigma_t.cmpgt(Rgb::ZERO), c.sigma_t * (t1 - t0), Rgb::ZERO);
+            depth += Rgb::select(c.sigma_t.cmpgt(Rgb::ZERO), c.sigma_t * (t1 - t0) as f32, Rgb::ZERO);
         }
     }
     let mut product = (-depth).exp();
@@ -58,13 +57,13 @@ fn through_grid(
     density: &GridDensity,
     sigma_t: Rgb,
     ray: &Ray,
-    t: [f32; 2],
+    t: [f64; 2],
     product: Rgb,
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Rgb {
     let mut shadow = Shadow::new(sigma_t, product);
-    let mut walk = GridWalk::new(density, ray, t, shadow.largest);
+    let mut walk = GridWalk::new(density, ray, t.map(|t| t as f32), shadow.largest);
     let mut n = 0u32;
     let mut remaining = f64::from(rng.next_exponential());
     while let Some(step) = walk.next() {

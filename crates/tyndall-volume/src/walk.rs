@@ -40,7 +40,7 @@ pub enum Event {
     /// Light scatters on the way.
     Scatter {
         /// Where, in units of the ray's direction.
-        t: f32,
+        t: f64,
         /// Where it goes from there.
         phase: PhaseMix,
     },
@@ -114,7 +114,16 @@ pub fn sample_collision(
     let walk = collide(media, spans, ray, channels, rng, stats);
     match emission::last_emissive(media, spans, ray) {
         None => walk,
-        Some(end) => Walk { emission: emission::gather(media, spans, &ray.up_to(end), rng, stats), ..walk },
+        Some(end) => Walk {
+            emission: emission::gather(
+                media,
+                spans,
+                &ray.up_to((end as f32).next_up().min(ray.t_max)),
+                rng,
+                stats,
+            ),
+            ..walk
+        },
     }
 }
 
@@ -151,7 +160,7 @@ fn collide(
 struct Present<'a> {
     medium: &'a Medium,
     coefficients: Coefficients,
-    t: [f32; 2],
+    t: [f64; 2],
 }
 
 impl<'a> Present<'a> {
@@ -159,7 +168,7 @@ impl<'a> Present<'a> {
     fn new(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
         let t = span.clipped(ray)?;
         let medium = media.get(span.medium as usize)?;
-        let coefficients = medium.coefficients().scaled(span.share);
+        let coefficients = medium.coefficients();
         (!coefficients.is_zero()).then_some(Self { medium, coefficients, t })
     }
 }

@@ -33,52 +33,10 @@ pub(super) fn sphere_interval(origin: DVec3, direction: DVec3) -> Option<[f64; 2
     (enter < exit).then_some([enter, exit])
 }
 
-/// The part of [t0, t1] in [0, t_max] as f32, widened to the next f32 if it would vanish in rounding only.
-#[inline]
-pub(super) fn round_outward(t0: f64, t1: f64, t_max: f32) -> Option<[f32; 2]> {
-    let is_interval = t0 < t1;
-    let (t0, t1) = (t0.max(0.0), t1.min(f64::from(t_max)));
-    if !is_interval || t0 >= t1 {
-        return None;
-    }
-    let (near, far) = (t0 as f32, t1 as f32);
-    if near < far {
-        return Some([near, far]);
-    }
-    // The interval lies between two neighbouring f32: take those around it, of which `t_max` may be the upper.
-    let near = if f64::from(near) > t0 || near >= t_max { near.next_down() } else { near };
-    Some([near, near.next_up()])
-}
-
-/// Length of the part of [t0, t1] in [0, t_max], divided by that of [near, far], what [`round_outward`] made of it.
-#[inline]
-pub(super) fn share(t0: f64, t1: f64, near: f32, far: f32, t_max: f32) -> f32 {
-    if far == f32::INFINITY {
-        return 1.0;
-    }
-    let exact = t1.min(f64::from(t_max)) - t0.max(0.0);
-    (exact / (f64::from(far) - f64::from(near))) as f32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn rounding_never_loses_or_exceeds() {
-        for (t0, t1, t_max) in [(1.0, 1.0 + 1e-9, 5.0), (1.0 - 1e-12, 1.0, 1.0), (1e6, 1e6 + 1e-7, 1e7)] {
-            let [near, far] = round_outward(t0, t1, t_max).unwrap();
-            assert!(near < far && far <= t_max && near >= 0.0, "{near} {far}");
-            assert!(far - near <= near * 2.4e-7);
-            let length = f64::from(share(t0, t1, near, far, t_max)) * (f64::from(far) - f64::from(near));
-            assert!((length / (t1 - t0) - 1.0).abs() < 1e-6, "{length} for {}", t1 - t0);
-        }
-        assert_eq!(round_outward(2.0, 2.0, 9.0), None);
-        assert_eq!(round_outward(-2.0, 0.0, 9.0), None);
-        assert_eq!(round_outward(-1.0, f64::INFINITY, f32::INFINITY), Some([0.0, f32::INFINITY]));
-        assert_eq!(round_outward(f64::NAN, f64::NAN, 1.0), None);
-    }
 
     proptest! {
         #[test]

@@ -8,10 +8,10 @@ use tyndall_math::{Ray, random::Pcg};
 
 fn spans(boundaries: &Boundaries, ray: &Ray) -> Vec<(u32, f32, f32)> {
     let mut out = Vec::new();
-    boundaries.spans(ray, &mut SpanScratch::default(), &mut |i, a, b, _| out.push((i, a, b)));
-    for (_, a, b) in &out {
-        assert!(0.0 <= *a && a < b && *b <= ray.t_max, "{out:?}");
-    }
+    boundaries.spans(ray, Vec3A::ZERO, &mut SpanScratch::default(), &mut |i, a, b| {
+        assert!(0.0 <= a && a < b && b <= f64::from(ray.t_max), "{a} {b}");
+        out.push((i, a as f32, b as f32));
+    });
     out
 }
 

@@ -34,10 +34,16 @@ impl Path<'_> {
         let by_vertex = if light.is_delta { 0.0 } else { pdf_vertex };
         let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
-        let shadow_ray = vertex.vertex.shadow_ray(&light);
+        let (shadow_ray, low) = vertex.vertex.shadow_ray(&light);
         statistics.shadow_rays += 1;
-        let visibility =
-            self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);
+        let visibility = self.world.visibility::<MEDIA>(
+            &shadow_ray,
+            low,
+            index,
+            &mut self.rng,
+            scratch,
+            &mut statistics.walks,
+        );
         if visibility != Rgb::ZERO {
             self.recorder.add(contribution * visibility);
         }

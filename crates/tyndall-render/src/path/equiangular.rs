@@ -11,7 +11,7 @@ use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::{Vec2, Vec3A};
-use tyndall_math::{Ray, Rgb};
+use tyndall_math::{Ray, Rgb, SplitPoint};
 use tyndall_shading::{LightSet, Receiver};
 use tyndall_volume::{Span, collision_density, scattering_at, transmittance};
 
@@ -29,7 +29,7 @@ pub(super) struct LitSegment {
 pub(super) struct Rival {
     segment: LitSegment,
     /// Distance of the collision.
-    t: f32,
+    t: f64,
     /// [`collision_density`] there.
     collision_density: f32,
 }
@@ -47,8 +47,8 @@ struct Angles {
 impl LitSegment {
     /// The part of `ray` covered by `spans`; `None` if that is nothing.
     pub(super) fn new(ray: &Ray, spans: &[Span]) -> Option<Self> {
-        let t0 = spans.iter().map(|s| s.t0).fold(f32::INFINITY, f32::min).max(0.0);
-        let t1 = spans.iter().map(|s| s.t1).fold(0.0, f32::max).min(ray.t_max);
+        let t0 = spans.iter().map(|s| s.t0).fold(f64::INFINITY, f64::min).max(0.0) as f32;
+        let t1 = (spans.iter().map(|s| s.t1).fold(0.0, f64::max) as f32).min(ray.t_max);
         (t0 < t1).then_some(Self { origin: ray.origin, direction: ray.direction, t0, t1 })
     }
 
@@ -90,7 +90,7 @@ impl Angles {
 }
 
 impl Rival {
-    pub(super) fn new(path: &Path<'_>, segment: LitSegment, spans: &[Span], ray: &Ray, t: f32) -> Self {
+    pub(super) fn new(path: &Path<'_>, segment: LitSegment, spans: &[Span], ray: &Ray, t: f64) -> Self {
         let collision_density =
             collision_density(path.world.media(), spans, ray, t, [segment.t0, segment.t1])
                 .max(f32::MIN_POSITIVE);
@@ -100,7 +100,7 @@ impl Rival {
     /// How densely this technique draws light `index` and the collision's distance, in units of the density of
     /// collisions there.
     pub(super) fn relative_density(&self, lights: &LightSet, index: usize) -> f32 {
-        (self.segment.density(lights, index, self.t) / self.collision_density).min(f32::MAX)
+        (self.segment.density(lights, index, self.t as f32) / self.collision_density).min(f32::MAX)
     }
 }
 
@@ -134,28 +134,36 @@ impl Path<'_> {
         }
         let media = self.world.media();
         let channels = self.throughput.abs();
-        let Some((phase, sigma_s)) = scattering_at(media, &scratch.spans, ray, t, channels, &mut self.rng)
+        let Some((phase, sigma_s)) =
+            scattering_at(media, &scratch.spans, ray, f64::from(t), channels, &mut self.rng)
         else {
             return;
         };
-        let position = ray.at(t);
+        let point = SplitPoint::on(ray, self.low, f64::from(t));
+        let position = point.high;
         let Some(sample) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
-        let vertex = GuidedVertex::new(self, Vertex::Medium { position, travel: ray.direction, phase });
+        let vertex = GuidedVertex::new(self, Vertex::Medium { point, travel: ray.direction, phase });
         let (value, pdf_vertex) = vertex.evaluate(sample.direction);
         if value == Rgb::ZERO || sample.radiance == Rgb::ZERO || sample.pdf <= 0.0 {
             return;
         }
-        let rival = Rival::new(self, *segment, &scratch.spans, ray, t);
+        let rival = Rival::new(self, *segment, &scratch.spans, ray, f64::from(t));
         let relative = (density / rival.collision_density).min(f32::MAX);
         let p_point = lights.probability(&Receiver::Point { position }, index);
         let by_phase = if sample.is_delta { 0.0 } else { pdf_vertex / sample.pdf };
         let weight = (1.0 + (p_point + by_phase) / relative).recip();
         let up_to = transmittance(media, &scratch.spans, &ray.up_to(t), &mut self.rng, &mut statistics.walks);
-        let shadow_ray = vertex.vertex.shadow_ray(&sample);
+        let (shadow_ray, low) = vertex.vertex.shadow_ray(&sample);
         statistics.shadow_rays += 1;
         let spans = std::mem::take(&mut scratch.spans);
-        let visibility =
-            self.world.visibility::<MEDIA>(&shadow_ray, index, &mut self.rng, scratch, &mut statistics.walks);
+        let visibility = self.world.visibility::<MEDIA>(
+            &shadow_ray,
+            low,
+            index,
+            &mut self.rng,
+            scratch,
+            &mut statistics.walks,
+        );
         scratch.spans = spans;
         let through = up_to * visibility;
         if through != Rgb::ZERO {

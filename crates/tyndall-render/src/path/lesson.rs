@@ -28,7 +28,7 @@ impl Lesson {
     /// The choice that `resampled` made on a segment ending at `end`.
     pub(super) fn new(path: &Path<'_>, resampled: &Resampled, end: f32, statistics: &PathStatistics) -> Self {
         let (class, probability, t) = match resampled.walk.event {
-            Event::Scatter { t, .. } => (EventClass::Volume, resampled.probability, t),
+            Event::Scatter { t, .. } => (EventClass::Volume, resampled.probability, t as f32),
             Event::Pass => (EventClass::Surface, 1.0 - resampled.probability, end),
         };
         Self {

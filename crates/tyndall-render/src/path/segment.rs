@@ -12,7 +12,7 @@ use tyndall_volume::{PhaseMix, ResampleOptions, Walk, resample_collision, sample
 /// Where the path goes on.
 pub(super) enum Event {
     /// Scattered in a medium at this distance.
-    Scatter { t: f32, phase: PhaseMix },
+    Scatter { t: f64, phase: PhaseMix },
     /// Reached the segment's end.
     Pass,
 }
@@ -27,10 +27,11 @@ impl Path<'_> {
         statistics: &mut PathStatistics,
     ) -> Event {
         if !MEDIA {
-            return self.pass_freely(end);
+            return self.pass_freely(end.t());
         }
-        let ray = self.ray.up_to(end.t().min(self.ray.t_max));
-        self.world.find_spans(&ray, scratch);
+        let end = self.world.distance(end, &self.ray, self.low);
+        let ray = self.ray.up_to(end.min(self.ray.t_max));
+        self.world.find_spans(&ray, self.low, scratch);
         if scratch.spans.is_empty() {
             return self.pass_freely(end);
         }
@@ -64,9 +65,9 @@ impl Path<'_> {
 
     /// Reaches the end: nothing is in the way.
     #[inline]
-    fn pass_freely(&mut self, end: &SegmentEnd) -> Event {
+    fn pass_freely(&mut self, t: f32) -> Event {
         self.recorder.pass_first_segment(Rgb::ONE);
-        self.end_lesson(SegmentEnding::tracked(EventClass::Surface, end.t()));
+        self.end_lesson(SegmentEnding::tracked(EventClass::Surface, t));
         Event::Pass
     }
 
@@ -126,7 +127,7 @@ impl Path<'_> {
 #[inline]
 fn outcome(walk: &Walk, ray: &Ray) -> (EventClass, f32) {
     match walk.event {
-        tyndall_volume::Event::Scatter { t, .. } => (EventClass::Volume, t),
+        tyndall_volume::Event::Scatter { t, .. } => (EventClass::Volume, t as f32),
         tyndall_volume::Event::Pass => (EventClass::Surface, ray.t_max),
     }
 }

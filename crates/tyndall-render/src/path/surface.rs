@@ -4,7 +4,7 @@ use super::guided::{GuidedVertex, NextDirection};
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
 use crate::world::{ShadingBuffer, SurfaceHit};
-use tyndall_math::{Ray, Rgb, mean_component};
+use tyndall_math::{Ray, Rgb, SplitPoint, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
@@ -12,7 +12,7 @@ impl Path<'_> {
     /// A scattering event in a medium; returns whether the path goes on.
     pub(super) fn scatter_in_medium<const MEDIA: bool>(
         &mut self,
-        t: f32,
+        t: f64,
         phase: PhaseMix,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
@@ -23,7 +23,8 @@ impl Path<'_> {
             return false;
         }
         let travel = self.ray.direction;
-        self.scatter_at::<MEDIA>(Vertex::Medium { position: self.ray.at(t), travel, phase }, scratch, statistics)
+        let point = SplitPoint::on(&self.ray, self.low, t);
+        self.scatter_at::<MEDIA>(Vertex::Medium { point, travel, phase }, scratch, statistics)
     }
 
     /// A surface is met; returns whether the path goes on.
@@ -46,6 +47,7 @@ impl Path<'_> {
                 let direction = self.ray.direction;
                 let origin = surface.origin_behind(direction);
                 self.ray = Ray { origin, direction, t_max: self.ray.t_max - hit.t() };
+                self.low = surface.position - origin;
                 return true;
             }
             self.throughput /= 1.0 - straight;
@@ -104,6 +106,8 @@ impl Path<'_> {
             rival: self.rival.take(),
             vertex: Some(vertex.class()),
         };
-        self.ray = Ray::new(vertex.origin_towards(next.direction), next.direction);
+        let origin = vertex.origin_towards(next.direction);
+        self.ray = Ray::new(origin.high, next.direction);
+        self.low = origin.low;
     }
 }

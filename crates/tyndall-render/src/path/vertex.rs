@@ -2,7 +2,7 @@
 
 use super::guided::NextDirection;
 use glam::{Vec2, Vec3A};
-use tyndall_math::{Ray, Rgb, offset_ray_origin};
+use tyndall_math::{Ray, Rgb, SplitPoint, offset_ray_origin};
 use tyndall_shading::{Bsdf, LightSample, ShadingFrame, Spread};
 use tyndall_volume::PhaseMix;
 
@@ -14,7 +14,7 @@ pub(super) enum Vertex<'a> {
     /// In a medium.
     Medium {
         /// Position in camera-relative world space.
-        position: Vec3A,
+        point: SplitPoint,
         /// Direction in which the path travelled before.
         travel: Vec3A,
         /// Phase functions, weighted by their scattering coefficients.
@@ -40,29 +40,29 @@ impl Vertex<'_> {
     #[inline]
     pub(super) fn position(&self) -> Vec3A {
         match self {
-            Self::Medium { position, .. } | Self::Surface { position, .. } => *position,
+            Self::Medium { point, .. } => point.high,
+            Self::Surface { position, .. } => *position,
         }
     }
 
-    /// A ray origin for leaving along `direction`.
+    /// A ray origin for leaving along `direction`. It is the vertex itself; at surfaces its `high` is on the side to
+    /// which `direction` points.
     #[inline]
-    pub(super) fn origin_towards(&self, direction: Vec3A) -> Vec3A {
+    pub(super) fn origin_towards(&self, direction: Vec3A) -> SplitPoint {
         match self {
-            Self::Medium { position, .. } => *position,
+            Self::Medium { point, .. } => *point,
             Self::Surface { position, error, frame, .. } => {
-                offset_ray_origin(*position, *error, frame.geometric_normal, direction)
+                let high = offset_ray_origin(*position, *error, frame.geometric_normal, direction);
+                SplitPoint { high, low: *position - high }
             }
         }
     }
 
-    /// The ray to a sampled point of a light.
+    /// The ray to a sampled point of a light, and what rounding took from its origin.
     #[inline]
-    pub(super) fn shadow_ray(&self, light: &LightSample) -> Ray {
-        Ray {
-            origin: self.origin_towards(light.direction),
-            direction: light.direction,
-            t_max: light.distance,
-        }
+    pub(super) fn shadow_ray(&self, light: &LightSample) -> (Ray, Vec3A) {
+        let SplitPoint { high, low } = self.origin_towards(light.direction);
+        (Ray { origin: high, direction: light.direction, t_max: light.distance }, low)
     }
 
     /// Value for light arriving from `wi` (with the cosine at surfaces), and the density per steradian with which the

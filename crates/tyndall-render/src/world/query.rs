@@ -2,6 +2,7 @@
 
 use super::World;
 use super::shade::ShadingBuffer;
+use glam::Vec3A;
 use tyndall_geometry::{Hit, SpanScratch};
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
@@ -10,6 +11,9 @@ use tyndall_volume::{Span, WalkStats};
 /// Surfaces block light only up to this fraction of the way, so that a mesh modelled exactly at the light's own surface
 /// (the lamp's panel) does not hide it. Relative: no absolute epsilon.
 const SHADOW_END: f32 = 1.0 - 1e-4;
+
+/// Surfaces this many times further away than what rounding took from a ray's origin are where they seem to be.
+const NEAR: f32 = 1e4;
 
 /// Working memory of one worker.
 #[derive(Default)]
@@ -69,21 +73,38 @@ impl World {
         surface.map_or(SegmentEnd::Escaped, |hit| SegmentEnd::Surface(SurfaceHit(hit)))
     }
 
-    /// Fills `scratch.spans` with the parts of the ray inside media.
+    /// Distance of a segment's end from `ray.origin + low`, which was traced without `low`. It matters where the end is
+    /// hardly further away than the rounding of the origin.
     #[inline]
-    pub(crate) fn find_spans(&self, ray: &Ray, scratch: &mut WorldScratch) {
+    pub(crate) fn distance(&self, end: &SegmentEnd, ray: &Ray, low: Vec3A) -> f32 {
+        let t = end.t();
+        match end {
+            SegmentEnd::Surface(hit) if t < NEAR * low.abs().max_element() => {
+                let normal = self.surfaces.accel().surface_point(ray, &hit.0).geometric_normal;
+                let shift = low.dot(normal) / ray.direction.dot(normal);
+                if shift.is_finite() { (t - shift).max(0.0) } else { t }
+            }
+            _ => t,
+        }
+    }
+
+    /// Fills `scratch.spans` with the parts of the ray inside media; `low` is what rounding took from its origin.
+    #[inline]
+    pub(crate) fn find_spans(&self, ray: &Ray, low: Vec3A, scratch: &mut WorldScratch) {
         let WorldScratch { spans, crossings } = scratch;
         spans.clear();
         self.media
             .boundaries()
-            .spans(ray, crossings, &mut |medium, t0, t1, share| spans.push(Span { t0, t1, medium, share }));
+            .spans(ray, low, crossings, &mut |medium, t0, t1| spans.push(Span { t0, t1, medium }));
     }
 
     /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights'
     /// bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
+    /// `low` is what rounding took from the ray's origin.
     pub(crate) fn visibility<const MEDIA: bool>(
         &self,
         ray: &Ray,
+        low: Vec3A,
         index: usize,
         rng: &mut Pcg,
         scratch: &mut WorldScratch,
@@ -97,7 +118,7 @@ impl World {
         if !MEDIA || past_surfaces == Rgb::ZERO {
             return past_surfaces;
         }
-        self.find_spans(ray, scratch);
+        self.find_spans(ray, low, scratch);
         if scratch.spans.is_empty() {
             return past_surfaces;
         }

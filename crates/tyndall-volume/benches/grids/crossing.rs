@@ -16,7 +16,7 @@ use tyndall_volume::{
 const N_RAYS: usize = 8192;
 const TURNS: usize = 9;
 const EDGE: i32 = 256;
-const SPANS: [Span; 1] = [Span { t0: 0.0, t1: f32::INFINITY, medium: 0, share: 1.0 }];
+const SPANS: [Span; 1] = [Span { t0: 0.0, t1: f64::INFINITY, medium: 0 }];
 
 pub(crate) fn print_table() {
     println!("\nBricks only / with coarse levels; times as the ratio with / without and nanoseconds with.\n");

@@ -8,7 +8,7 @@ use crate::{BrickGrid, SparseVoxels};
 use glam::{Affine3A, IVec3, Vec3A};
 
 fn span(t0: f32, t1: f32, medium: u32) -> Span {
-    Span { t0, t1, medium, share: 1.0 }
+    Span { t0: t0.into(), t1: t1.into(), medium }
 }
 
 fn along_x(t_max: f32) -> Ray {

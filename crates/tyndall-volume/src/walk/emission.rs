@@ -28,10 +28,10 @@ const MOST_BY_DEPTH: f64 = 64.0;
 
 /// Where the last emissive medium on the segment ends; `None` if nothing shines.
 #[inline]
-pub(super) fn last_emissive(media: &[Medium], spans: &[Span], ray: &Ray) -> Option<f32> {
+pub(super) fn last_emissive(media: &[Medium], spans: &[Span], ray: &Ray) -> Option<f64> {
     let emits = |span: &&Span| media.get(span.medium as usize).is_some_and(Medium::emits);
     let ends = spans.iter().filter(emits).filter_map(|span| span.clipped(ray));
-    ends.map(|[_, t1]| t1).reduce(f32::max)
+    ends.map(|[_, t1]| t1).reduce(f64::max)
 }
 
 /// An unbiased estimate of the emission seen from the ray's origin; exact without grids.
@@ -78,7 +78,7 @@ struct View {
 
 impl View {
     fn cross_homogeneous(&mut self, cell: &Cell) {
-        let (sigma_t, dt) = (cell.homogeneous.sigma_t, cell.t1 - cell.t0);
+        let (sigma_t, dt) = (cell.homogeneous.sigma_t, cell.length() as f32);
         if cell.emits {
             self.seen += self.through * cell.glow * mean_free_integral(sigma_t, dt);
         }
@@ -87,7 +87,7 @@ impl View {
 
     /// A cell with grids: points and candidates in the order of the ray.
     fn cross(&mut self, segment: &mut Segment<'_>, cell: &Cell, rng: &mut Pcg, stats: &mut WalkStats) {
-        let length = f64::from(cell.t1) - f64::from(cell.t0);
+        let length = cell.length();
         let points = points_per_length(cell, length);
         // `through` holds the attenuation by the lower bound up to here.
         let (mut s, mut attenuated_to) = (0f64, 0f64);
@@ -102,7 +102,7 @@ impl View {
             }
             s += step;
             self.advance(step, points, candidates);
-            let t = ((f64::from(cell.t0) + s) as f32).min(cell.t1);
+            let t = (cell.t0 + s).min(cell.t1);
             if candidate <= point {
                 self.to_candidate = f64::from(rng.next_exponential());
                 self.collide(segment, cell, t, candidates as f32, rng, stats);
@@ -138,7 +138,7 @@ impl View {
         &mut self,
         segment: &mut Segment<'_>,
         cell: &Cell,
-        t: f32,
+        t: f64,
         rate: f32,
         rng: &mut Pcg,
         stats: &mut WalkStats,

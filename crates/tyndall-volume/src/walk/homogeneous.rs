@@ -15,14 +15,13 @@ use tyndall_math::random::Pcg;
 pub(super) fn sample_one(present: &Present<'_>, rng: &mut Pcg) -> Walk {
     let (c, [t0, t1]) = (&present.coefficients, present.t);
     if !c.scatters() {
-        return Walk::pass(attenuation(c.sigma_t, t1 - t0));
+        return Walk::pass(attenuation(c.sigma_t, (t1 - t0) as f32));
     }
     let (tau, sigma_t) = (exponential(rng), c.sigma_t.x);
-    if tau >= sigma_t * (t1 - t0) {
+    let t = t0 + f64::from(tau) / f64::from(sigma_t);
+    if t >= t1 {
         return Walk::pass(Rgb::ONE);
     }
-    // `sigma_t * (t1 - t0) > tau` does not quite imply `t < t1` in f32.
-    let t = (t0 + tau / sigma_t).min(t1);
     let event = Event::Scatter { t, phase: present.medium.phase };
     Walk::scatter(event, c.albedo())
 }
@@ -36,7 +35,7 @@ pub(super) fn sample(segment: &mut Segment<'_>, channels: Vec3A, rng: &mut Pcg) 
     let drawn = exponential(rng);
     let (mut tau, mut absorbed) = (Rgb::ZERO, Rgb::ZERO);
     while let Some(cell) = segment.next_cell() {
-        let (c, dt) = (&cell.homogeneous, cell.t1 - cell.t0);
+        let (c, dt) = (&cell.homogeneous, cell.length() as f32);
         let depth = optical_depth(c.sigma_t, dt);
         if !c.scatters() {
             absorbed += depth;
@@ -66,7 +65,7 @@ impl Transmitted {
     /// Of one medium.
     #[inline]
     pub(super) fn of_one(present: &Present<'_>, channels: Vec3A) -> Self {
-        let depth = optical_depth(present.coefficients.sigma_t, present.t[1] - present.t[0]);
+        let depth = optical_depth(present.coefficients.sigma_t, (present.t[1] - present.t[0]) as f32);
         if present.coefficients.scatters() {
             Self { channels, tau: depth, absorbed: Rgb::ZERO }
         } else {
@@ -78,7 +77,7 @@ impl Transmitted {
     pub(super) fn of(segment: &mut Segment<'_>, channels: Vec3A) -> Self {
         let mut sum = Self { channels, tau: Rgb::ZERO, absorbed: Rgb::ZERO };
         while let Some(cell) = segment.next_cell() {
-            let depth = optical_depth(cell.homogeneous.sigma_t, cell.t1 - cell.t0);
+            let depth = optical_depth(cell.homogeneous.sigma_t, cell.length() as f32);
             *if cell.scatters { &mut sum.tau } else { &mut sum.absorbed } += depth;
         }
         sum
@@ -125,7 +124,7 @@ impl Transmitted {
         let (channel, depth) = self.draw(u);
         let (c, [t0, t1]) = (&present.coefficients, present.t);
         let ds = depth / c.sigma_t[channel];
-        let event = Event::Scatter { t: (t0 + ds).min(t1), phase: present.medium.phase };
+        let event = Event::Scatter { t: (t0 + f64::from(ds)).min(t1), phase: present.medium.phase };
         if c.is_achromatic() {
             return (event, c.albedo());
         }
@@ -142,7 +141,7 @@ impl Transmitted {
         let (channel, depth) = self.draw(u);
         let (mut tau, mut absorbed) = (Rgb::ZERO, Rgb::ZERO);
         while let Some(cell) = segment.next_cell() {
-            let of_cell = optical_depth(cell.homogeneous.sigma_t, cell.t1 - cell.t0);
+            let of_cell = optical_depth(cell.homogeneous.sigma_t, cell.length() as f32);
             if !cell.scatters {
                 absorbed += of_cell;
                 continue;
@@ -170,7 +169,7 @@ fn scatter(
     channels: Vec3A,
     rng: &mut Pcg,
 ) -> Walk {
-    let t = (cell.t0 + ds).min(cell.t1);
+    let t = (cell.t0 + f64::from(ds)).min(cell.t1);
     let (phase, sigma_s) = segment.scatter(channels, rng);
     let weight = mixture_weight(&cell.homogeneous, ds, tau, absorbed, sigma_s, channels);
     Walk::scatter(Event::Scatter { t, phase }, weight)

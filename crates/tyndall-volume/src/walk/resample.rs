@@ -90,7 +90,7 @@ pub fn resample_collision(
     };
     let mut resampled = resample(media, spans, ray, channels, options, choose, u, rng, stats);
     if let Some(end) = emission::last_emissive(media, spans, ray) {
-        resampled.walk.emission = emission::gather(media, spans, &ray.up_to(end), rng, stats);
+        resampled.walk.emission = emission::gather(media, spans, &ray.up_to(end as f32), rng, stats);
     }
     resampled
 }
@@ -183,7 +183,7 @@ impl CandidateVisitor for Reservoir {
             ControlFlow::Break(()) => self.sums.t_hat = 0.0,
             ControlFlow::Continue(true) => {}
             ControlFlow::Continue(false) => {
-                let depth = cell.sigma_bar.max_element() * (cell.t1 - cell.t0);
+                let depth = cell.sigma_bar.max_element() * cell.length() as f32;
                 self.sums.majorant_depth += depth * self.options.majorant_scale;
             }
         }

@@ -18,8 +18,8 @@ struct Track<'a> {
     emission: Emission,
     phase: &'a PhaseMix,
     /// The homogeneous span, or the current step of the grid.
-    t0: f32,
-    t1: f32,
+    t0: f64,
+    t1: f64,
     grid: Option<(GridWalk<'a>, Option<GridStep>)>,
     is_active: bool,
     /// At the point last asked for; 1 for homogeneous media.
@@ -36,9 +36,9 @@ enum Tracks<'a> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Cell {
     /// Where it begins.
-    pub t0: f32,
+    pub t0: f64,
     /// Where it ends, greater than `t0`; may be infinite.
-    pub t1: f32,
+    pub t1: f64,
     /// Sum of the homogeneous media: exact.
     pub homogeneous: Coefficients,
     /// Upper bound of the sum of all media's extinction, per channel.
@@ -58,10 +58,18 @@ pub struct Cell {
     pub(super) emission_rate: f32,
 }
 
+impl Cell {
+    /// How long it is.
+    #[inline]
+    pub fn length(&self) -> f64 {
+        self.t1 - self.t0
+    }
+}
+
 /// The media along a ray up to its end, visited front to back.
 pub struct Segment<'a> {
     tracks: Tracks<'a>,
-    t: f32,
+    t: f64,
     is_homogeneous: bool,
 }
 
@@ -73,7 +81,7 @@ impl<'a> Segment<'a> {
     }
 
     /// The same from `t` on, without the spans that begin further on: for the media at that point.
-    pub(crate) fn at(media: &'a [Medium], spans: &[Span], ray: &Ray, t: f32) -> Self {
+    pub(crate) fn at(media: &'a [Medium], spans: &[Span], ray: &Ray, t: f64) -> Self {
         let here = spans.iter().filter(|span| span.t0 <= t && t < span.t1);
         Self::of(here.filter_map(|span| Track::colliding(media, &Span { t0: t, ..*span }, ray)))
     }
@@ -100,14 +108,14 @@ impl<'a> Segment<'a> {
     /// The next cell that contains anything.
     pub fn next_cell(&mut self) -> Option<Cell> {
         loop {
-            let (t, mut next, mut any) = (self.t, f32::INFINITY, false);
+            let (t, mut next, mut any) = (self.t, f64::INFINITY, false);
             for track in self.tracks.as_mut_slice() {
                 track.advance(t);
                 track.is_active = track.t0 <= t && t < track.t1;
                 any |= track.is_active;
                 next = next.min(if track.is_active { track.t1 } else { track.t0 });
             }
-            if !any && next == f32::INFINITY {
+            if !any && next == f64::INFINITY {
                 return None;
             }
             self.t = next;
@@ -118,11 +126,11 @@ impl<'a> Segment<'a> {
     }
 
     /// The sums of the media at `t`, in the cell last returned.
-    pub fn coefficients_at(&mut self, cell: &Cell, t: f32) -> Coefficients {
+    pub fn coefficients_at(&mut self, cell: &Cell, t: f64) -> Coefficients {
         let mut sum = cell.homogeneous;
         for track in self.tracks.as_mut_slice().iter_mut().filter(|track| track.is_active) {
             if let Some((walk, Some(step))) = &track.grid {
-                track.density = walk.density(step, t);
+                track.density = walk.density(step, t as f32);
                 sum.add_scaled(&track.coefficients, track.density);
             }
         }
@@ -130,13 +138,13 @@ impl<'a> Segment<'a> {
     }
 
     /// What all media emit at `t`, per unit of it, in the cell last returned.
-    pub(super) fn emission_at(&self, cell: &Cell, t: f32) -> Rgb {
+    pub(super) fn emission_at(&self, cell: &Cell, t: f64) -> Rgb {
         let mut sum = cell.glow;
         for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
             if let Some((walk, Some(step))) = &track.grid
                 && !track.emission.is_dark()
             {
-                sum += track.emission.at(walk.density(step, t));
+                sum += track.emission.at(walk.density(step, t as f32));
             }
         }
         sum
@@ -188,7 +196,7 @@ impl<'a> Segment<'a> {
         chosen
     }
 
-    fn sum_bounds(&self, t0: f32, t1: f32) -> Cell {
+    fn sum_bounds(&self, t0: f64, t1: f64) -> Cell {
         let mut cell = Cell { t0, t1, ..Cell::default() };
         for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
             cell.scatters |= track.coefficients.scatters();
@@ -227,8 +235,8 @@ impl<'a> Track<'a> {
     /// The track of a span with extinction or emission.
     fn shining(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
         let (t, medium) = (span.clipped(ray)?, media.get(span.medium as usize)?);
-        let coefficients = medium.coefficients().scaled(span.share);
-        let emission = medium.emission.scaled(span.share);
+        let coefficients = medium.coefficients();
+        let emission = medium.emission.usable();
         let is_seen = !coefficients.is_zero() || !emission.is_dark();
         is_seen.then(|| Self::new(medium, coefficients, emission, t, ray))
     }
@@ -237,28 +245,28 @@ impl<'a> Track<'a> {
         medium: &'a Medium,
         coefficients: Coefficients,
         emission: Emission,
-        [t0, t1]: [f32; 2],
+        [t0, t1]: [f64; 2],
         ray: &Ray,
     ) -> Self {
-        let grid = medium
-            .density
-            .as_ref()
-            .map(|density| (GridWalk::new(density, ray, [t0, t1], coefficients.sigma_t.max_element()), None));
+        let grid = medium.density.as_ref().map(|density| {
+            (GridWalk::new(density, ray, [t0 as f32, t1 as f32], coefficients.sigma_t.max_element()), None)
+        });
         // A grid begins with an empty step, which the first `advance` replaces.
-        let t1 = if grid.is_some() { f32::NEG_INFINITY } else { t1 };
+        let t1 = if grid.is_some() { f64::NEG_INFINITY } else { t1 };
         let phase = &medium.phase;
         Self { coefficients, emission, phase, t0, t1, grid, is_active: false, density: 1.0 }
     }
 
     /// Moves on until the current piece ends behind `t`; at infinity when there is none.
     #[inline]
-    fn advance(&mut self, t: f32) {
+    fn advance(&mut self, t: f64) {
         while self.t1 <= t {
             let next = self.grid.as_mut().and_then(|(walk, step)| {
                 *step = walk.next();
                 *step
             });
-            (self.t0, self.t1) = next.map_or((f32::INFINITY, f32::INFINITY), |step| (step.t0, step.t1));
+            (self.t0, self.t1) =
+                next.map_or((f64::INFINITY, f64::INFINITY), |step| (f64::from(step.t0), f64::from(step.t1)));
             if next.is_none() {
                 break;
             }

@@ -16,7 +16,7 @@ pub(super) fn sample(
 ) -> Walk {
     let c = &present.coefficients;
     let sigma_t = c.sigma_t.x;
-    let mut walk = GridWalk::new(density, ray, present.t, sigma_t);
+    let mut walk = GridWalk::new(density, ray, present.t.map(|t| t as f32), sigma_t);
     let mut result = Walk::pass(Rgb::ONE);
     let (mut n, mut lookups) = (0u32, 0u64);
     let mut remaining = f64::from(rng.next_exponential());
@@ -44,7 +44,7 @@ pub(super) fn sample(
             if u < p {
                 let phase = present.medium.phase;
                 (result.event, result.weight) =
-                    (Event::Scatter { t, phase }, result.weight * c.albedo() * real_weight);
+                    (Event::Scatter { t: f64::from(t), phase }, result.weight * c.albedo() * real_weight);
                 break 'walk;
             }
             result.weight *= null_weight;

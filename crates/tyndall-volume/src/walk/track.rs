@@ -26,7 +26,7 @@ const FAINT_WALK: f32 = 0.05;
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
     /// Where.
-    pub t: f32,
+    pub t: f64,
     /// The rate of candidates there, per unit of `t`: at least the largest channel's σ_t.
     pub sigma_bar: f32,
     /// The media there.
@@ -73,8 +73,7 @@ impl Segment<'_> {
                 ControlFlow::Continue(true) => continue,
                 ControlFlow::Continue(false) => {}
             }
-            // Distances inside the cell in f64: steps of 1e-12 must add up.
-            let (length, mut s) = (f64::from(cell.t1) - f64::from(cell.t0), 0f64);
+            let (length, mut s) = (cell.length(), 0f64);
             loop {
                 let sigma_bar = (cell.sigma_bar * visitor.live()).max_element() * scale;
                 let rate = f64::from(sigma_bar);
@@ -84,7 +83,7 @@ impl Segment<'_> {
                 }
                 s += remaining / rate;
                 remaining = f64::from(rng.next_exponential());
-                let t = ((f64::from(cell.t0) + s) as f32).min(cell.t1);
+                let t = (cell.t0 + s).min(cell.t1);
                 let candidate = self.candidate(&cell, t, sigma_bar, stats);
                 if let ControlFlow::Break(outcome) = visitor.visit(self, &candidate, rng) {
                     return Some(outcome);
@@ -94,7 +93,7 @@ impl Segment<'_> {
         None
     }
 
-    fn candidate(&mut self, cell: &Cell, t: f32, sigma_bar: f32, stats: &mut WalkStats) -> Candidate {
+    fn candidate(&mut self, cell: &Cell, t: f64, sigma_bar: f32, stats: &mut WalkStats) -> Candidate {
         stats.candidates += 1;
         stats.lookups += u64::from(cell.n_grids);
         let coefficients = self.coefficients_at(cell, t);
@@ -145,7 +144,7 @@ impl NullPath {
             return ControlFlow::Continue(false);
         }
         if !cell.scatters {
-            self.w *= attenuation(cell.homogeneous.sigma_t, cell.t1 - cell.t0);
+            self.w *= attenuation(cell.homogeneous.sigma_t, cell.length() as f32);
             if self.live() == Vec3A::ZERO {
                 return ControlFlow::Break(());
             }

@@ -12,7 +12,7 @@ use glam::{Affine3A, IVec3, Vec3, Vec3A};
 const EVERYWHERE: [f32; 2] = [0.0, f32::INFINITY];
 
 fn span([t0, t1]: [f32; 2], medium: u32) -> Span {
-    Span { t0, t1, medium, share: 1.0 }
+    Span { t0: t0.into(), t1: t1.into(), medium }
 }
 
 fn along_x(t_max: f32) -> Ray {
