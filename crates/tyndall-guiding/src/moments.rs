@@ -13,6 +13,8 @@ use crate::{ScatteringOdds, optimal_probability};
 const PRIOR_SAMPLES: f64 = 4.0;
 /// Samples above this many RMS values are cut (Winsorised) before they are learned from.
 const OUTLIER_RMS: f32 = 7.0;
+/// Least part of a class's mean square that counts as noise: what few samples found to be constant seldom is.
+const VARIANCE_FLOOR: f32 = 0.05;
 /// Samples needed before an RMS value is trusted to cut anything.
 const OUTLIER_MIN_SAMPLES: f32 = 16.0;
 /// Depths of rays that hit nothing, and the largest value ever taken from a sample.
@@ -158,11 +160,32 @@ impl Moments {
         Some([(a / b).max(floor) as f32, (c / d).max(floor) as f32])
     }
 
+    /// Var[L_v] and Var[L_s], at least [`VARIANCE_FLOOR`] of the mean squares; `None` as for [`Self::mean_squares`].
+    pub fn variances(&self) -> Option<[f32; 2]> {
+        let [volume, surface] = self.mean_squares()?;
+        let of = |square: f32, x: f32, weight: f32| {
+            let mean = if weight > 0.0 { x / weight } else { 0.0 };
+            (square - mean * mean).max(VARIANCE_FLOOR * square)
+        };
+        Some([of(volume, self.volume_x, self.w), of(surface, self.surface_x, self.t)])
+    }
+
     /// κ, doubted while there are few samples; exactly 1 without light or without choice.
     ///
     /// log κ is shrunk towards 0 as if four pseudo-samples had said κ = 1.
     pub fn odds(&self) -> ScatteringOdds {
-        let Some([volume, surface]) = self.mean_squares() else { return ScatteringOdds::default() };
+        self.doubted(self.mean_squares())
+    }
+
+    /// κ where the number that chooses is stratified: the classes' shares are then as good as exact and only what
+    /// happens inside each is noise, so standard deviations take the place of RMS values (Neyman 1934, "On the Two
+    /// Different Aspects of the Representative Method").
+    pub fn stratified_odds(&self) -> ScatteringOdds {
+        self.doubted(self.variances())
+    }
+
+    fn doubted(&self, squares: Option<[f32; 2]>) -> ScatteringOdds {
+        let Some([volume, surface]) = squares else { return ScatteringOdds::default() };
         let ratio = f64::from(volume) / f64::from(surface).max(f64::MIN_POSITIVE);
         let n = f64::from(self.n);
         ScatteringOdds::new(ratio.powf(0.5 * n / (n + PRIOR_SAMPLES)) as f32)

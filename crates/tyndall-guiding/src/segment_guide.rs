@@ -18,9 +18,9 @@ const FAINT: f32 = 0.05;
 /// Segments a pixel and its neighbours must have told of before tracking is chosen.
 const MIN_SAMPLES: f32 = 64.0;
 /// Gain in variance times cost that choosing must promise: less is within the error of the promise.
-const MIN_GAIN: f32 = 1.1;
+const MIN_GAIN: f32 = 1.15;
 /// What seeing all candidates costs, in rays.
-const CHOICE_COST: f32 = 0.1;
+const CHOICE_COST: f32 = 0.2;
 
 /// How the distance along camera segments is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -65,7 +65,7 @@ impl SegmentGuide {
     /// What filtered sums say.
     pub fn from_moments(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
         let outlier_limit = moments.outlier_limit();
-        let odds = costs.weigh(moments.odds());
+        let odds = costs.weigh(moments.stratified_odds());
         let choice = match strategy {
             Strategy::Odds => Choice::Odds(odds),
             Strategy::Auto if moments.n >= MIN_SAMPLES && gain(moments, odds, costs) < MIN_GAIN => {
@@ -159,19 +159,18 @@ impl ClassCosts {
     }
 }
 
-/// How much variance times cost delta tracking has for one of choosing by `odds`.
+/// How much variance times cost delta tracking has for one of choosing by `odds`. The choice itself is stratified and
+/// counts as free of noise.
 fn gain(moments: &Moments, odds: ScatteringOdds, costs: &ClassCosts) -> f32 {
-    let Some([volume, surface]) = moments.mean_squares() else { return 0.0 };
+    let Some([volume, surface]) = moments.variances() else { return 0.0 };
     let [of_volume, of_surface] = costs.means();
     let (w, t) = (moments.w / moments.n, moments.t / moments.n);
-    let total = w + t;
-    let mean = (moments.volume_x + moments.surface_x) / moments.n;
     let efficiency = |p: f32, extra: f32| {
-        let variance = w * w * volume / p + t * t * surface / (1.0 - p) - mean * mean;
+        let variance = w * w * volume / p + t * t * surface / (1.0 - p);
         let cost = p * of_volume + (1.0 - p) * of_surface + extra;
-        variance.max(0.0) * cost
+        variance * cost
     };
-    let tracked = efficiency(w / total, 0.0);
+    let tracked = efficiency(w / (w + t), 0.0);
     let chosen = efficiency(odds.select_probability(w, t, ALPHA), CHOICE_COST);
     if tracked > 0.0 { tracked / chosen.max(f32::MIN_POSITIVE) } else { 0.0 }
 }
