@@ -21,6 +21,8 @@
 //! | `parallax` | what its lobes look like from elsewhere |
 //! | `incident` | what a vertex asks |
 //!
+//! Cost on one core of a 2.x GHz server, SSE2 code, busy machine: XCOSTX
+//!
 //! Radiance may be in any linear unit; lengths and positions are in world units. Everything is plain data.
 //!
 //! Invariants

@@ -8,7 +8,7 @@ use tyndall_math::INV_4PI;
 use tyndall_math::random::Pcg;
 use tyndall_math::sampling::uniform_sphere;
 
-const VOLUME: EventClass = EventClass::Volume;
+pub(super) const VOLUME: EventClass = EventClass::Volume;
 const SURFACE: EventClass = EventClass::Surface;
 
 fn u2(rng: &mut Pcg) -> Vec2 {
@@ -34,7 +34,7 @@ fn sample(rng: &mut Pcg, radiance: impl Fn(Vec3A, Vec3A) -> f32) -> TrainingSamp
     }
 }
 
-fn samples(seed: u64, n: usize, radiance: impl Fn(Vec3A, Vec3A) -> f32) -> Vec<TrainingSample> {
+pub(super) fn samples(seed: u64, n: usize, radiance: impl Fn(Vec3A, Vec3A) -> f32) -> Vec<TrainingSample> {
     let mut rng = Pcg::new(&[77, seed]);
     (0..n).map(|_| sample(&mut rng, &radiance)).collect()
 }
@@ -144,7 +144,11 @@ fn segments(seed: u64, n: usize, probability: f32) -> Vec<TrainingSample> {
 #[test]
 fn odds_are_ratios_of_radiance_whatever_they_were_sampled_with() {
     for probability in [0.2, 0.4, 0.9] {
-        let mut field = Field::new(FieldSettings { region_samples: 1 << 20, ..Default::default() });
+        let mut field = Field::new(FieldSettings {
+            region_samples: 1 << 20,
+            effective_samples: 1 << 20,
+            ..Default::default()
+        });
         field.update(&segments(1, 20_000, probability));
         field.update(&segments(2, 20_000, probability));
         let position = Vec3A::splat(0.5);
@@ -172,7 +176,8 @@ fn dark_samples_count() {
     let (bright, all) =
         (samples(1, 1000, |_, _| 1.0), samples(1, 2000, |p, _| if p.y < 0.5 { 1.0 } else { 0.0 }));
     let fluence = |samples: &[TrainingSample]| {
-        let mut field = Field::new(FieldSettings::default());
+        // One region.
+        let mut field = Field::new(FieldSettings { max_depth: 0, ..Default::default() });
         field.update(samples);
         field.region(Vec3A::ZERO, VOLUME, 0.5).unwrap().incident(Vec3A::splat(0.5)).fluence()
     };
@@ -197,7 +202,11 @@ fn lobes_follow_near_light() {
             s
         })
         .collect();
-    let mut field = Field::new(FieldSettings { region_samples: 1 << 20, ..Default::default() });
+    let mut field = Field::new(FieldSettings {
+        region_samples: 1 << 20,
+        effective_samples: 1 << 20,
+        ..Default::default()
+    });
     field.update(&batch);
     assert_eq!(field.statistics().n_volume_regions, 1);
     for position in
