@@ -6,8 +6,9 @@
 //! The published strength is 0.2, against all samples; against effective ones it hides small lights for many passes
 //! (`examples/guided_balls.rs`: twice the variance).
 
+use super::assign::Assigner;
 use super::lanes::{Lanes, PerLobe};
-use super::mixture::{Assigner, VmfMixture};
+use super::mixture::VmfMixture;
 use super::sums::LobeSums;
 use super::vmf::{VmfLobe, concentration_from_mean_cosine};
 use glam::Vec3A;
