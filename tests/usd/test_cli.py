@@ -80,7 +80,6 @@ def render(scene, out, *arguments):
         (["--checkpoint", "60"], "not available in this version"),
         (["--noise-threshold", "0.01"], "not available in this version"),
         (["--distance-sampling", "nds+"], "not available in this version"),
-        (["--guiding", "on"], "not available in this version"),
         (["--tile-index", "1"], "not available in this version"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

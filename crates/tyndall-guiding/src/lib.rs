@@ -1,4 +1,4 @@
-//! What is learned: scattering odds, image-space guide, directional lobes.
+//! What is learned: scattering odds, image-space guide, directional lobes, and the field of both over space.
 //!
 //! Sees no geometry, materials or scene: samples go in, probabilities come out. Everything learned only steers
 //! sampling, so a wrong guide costs noise, never bias.

@@ -44,7 +44,8 @@ impl RenderGuide {
             strategy.filter(|_| has_media).map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
         // With one event there is direct light only, and nothing to be guided.
         let has_indirect_light = settings.max_bounces > 1;
-        let field = (settings.guiding != Guiding::Off && has_indirect_light)
+        // `Auto` would have to measure whether the field pays; until it does, it is asked for by name.
+        let field = (settings.guiding == Guiding::On && has_indirect_light)
             .then(|| Field::new(FieldSettings::default()));
         Self { camera, field }
     }
@@ -81,6 +82,9 @@ impl RenderGuide {
             // One entry a pixel by construction: nothing to be refused.
             let learned = camera.learn(&pass, &costs);
             debug_assert!(learned.is_ok());
+            if camera.is_idle() {
+                self.camera = None;
+            }
         }
         if let Some(field) = &mut self.field {
             let samples: Vec<_> = lessons.into_iter().flat_map(|of_tile| of_tile.training).collect();

@@ -33,7 +33,7 @@ pub enum DistanceSampling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum Guiding {
-    /// Where it is measured to pay.
+    /// Where it pays; until that is measured during the render, never.
     #[default]
     Auto,
     /// Always.
@@ -172,7 +172,7 @@ impl RenderSettings {
             &["auto", "odds", "target", "delta"],
             "How the distance to the next scattering is sampled.",
         ),
-        text("guiding", "token", &["auto", "on", "off"], "Whether directions are guided."),
+        text("guiding", "token", &["auto", "on", "off"], "Whether directions are guided; auto is off in this version."),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];
 

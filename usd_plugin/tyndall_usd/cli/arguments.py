@@ -29,7 +29,7 @@ _LATER_OPTIONS: dict[str, int | None] = {
 _LATER_COMMANDS = ("cache", "compare", "bench", "job")
 #: Values of options of which only some exist yet.
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
-_DISTANCE_SAMPLING_NOW = ("auto", "delta")
+_DISTANCE_SAMPLING_LATER = ("nds", "nds+")
 _GUIDING = ("auto", "on", "off")
 
 
@@ -86,10 +86,8 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
 
 
 def _check_later_values(options: argparse.Namespace) -> None:
-    if options.distance_sampling not in _DISTANCE_SAMPLING_NOW:
+    if options.distance_sampling in _DISTANCE_SAMPLING_LATER:
         raise UsageError(f"--distance-sampling {options.distance_sampling} is not available in this version")
-    if options.guiding == "on":
-        raise UsageError("--guiding on is not available in this version")
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -164,8 +162,8 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("--filter", choices=("blackman-harris", "box"), help="pixel filter")
     add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
     add("--list-aovs", action="store_true", help="print the AOVs and exit")
-    add("--distance-sampling", choices=_DISTANCE_SAMPLING, default="auto", help="auto or delta")
-    add("--guiding", choices=_GUIDING, default="auto", help="auto or off")
+    add("--distance-sampling", choices=_DISTANCE_SAMPLING, help="how camera rays choose where to scatter")
+    add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off in this version")
     add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
     add("--make-output-path", action="store_true", help="create the output's folder")
     add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")

@@ -189,6 +189,8 @@ def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> 
         "threads": options.threads,
         "seed": options.seed,
         "filter": options.filter,
+        "distanceSampling": options.distance_sampling,
+        "guiding": options.guiding,
     }
     defaults = {
         spec["name"]: spec["default"] for spec in tyndall.setting_specs() if spec["default"] is not None

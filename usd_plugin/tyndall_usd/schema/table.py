@@ -29,4 +29,12 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("seed", "int64", 0, "Random seed; the same seed gives the same image."),
     Setting("threads", "int", 0, "Worker threads; 0 is all cores."),
     Setting("filter", "token", "blackman-harris", "Pixel filter.", ("blackman-harris", "box")),
+    Setting(
+        "distanceSampling",
+        "token",
+        "auto",
+        "How the distance to the next scattering is sampled.",
+        ("auto", "odds", "target", "delta"),
+    ),
+    Setting("guiding", "token", "auto", "Whether directions are guided; auto is off in this version.", ("auto", "on", "off")),
 )

@@ -60,12 +60,11 @@ impl Observation {
         } else {
             (direction, 1.0)
         };
-        let pdf = sample.density() * ratio;
         let light = DirectionSample {
             direction,
-            weight: (sample.radiance + sample.emission) / pdf,
+            weight: sample.light() / ratio,
             inverse_distance: inverse / ratio.sqrt(),
         };
-        Self { light, pdf }
+        Self { light, pdf: sample.density() * ratio }
     }
 }

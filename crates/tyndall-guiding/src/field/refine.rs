@@ -82,7 +82,12 @@ pub(super) fn plan_region(
     region: &Region,
     settings: &FieldSettings,
 ) -> Plan {
-    let former = Former { n_samples: region.n_samples, depth: region.depth, factor: 1.0 };
+    let former = Former {
+        n_samples: region.n_samples,
+        weights: region.statistics.weights(),
+        depth: region.depth,
+        factor: 1.0,
+    };
     let is_new = region.n_samples == 0.0;
     former.plan(samples, group, is_new, settings)
 }
@@ -91,11 +96,25 @@ pub(super) fn plan_region(
 #[derive(Clone, Copy)]
 struct Former {
     n_samples: f32,
+    /// Σw and Σw².
+    weights: [f64; 2],
     depth: u32,
     factor: f32,
 }
 
 impl Former {
+    /// Whether there are so many samples, with these, that parts have enough.
+    fn is_crowded(&self, samples: &[TrainingSample], group: &[u32], settings: &FieldSettings) -> bool {
+        let [mut sum, mut squares] = self.weights;
+        for &i in group {
+            let w = f64::from(samples[i as usize].light());
+            (sum, squares) = (sum + w, squares + w * w);
+        }
+        // False without light.
+        let is_well_lit = sum * sum > f64::from(settings.effective_samples) * squares;
+        is_well_lit || self.n_samples + group.len() as f32 > settings.region_samples as f32
+    }
+
     fn plan(
         self,
         samples: &[TrainingSample],
@@ -103,8 +122,9 @@ impl Former {
         is_new: bool,
         settings: &FieldSettings,
     ) -> Plan {
-        let is_crowded = self.n_samples + group.len() as f32 > settings.region_samples as f32;
-        let may_cut = is_crowded && group.len() >= MIN_CLOUD && self.depth < settings.max_depth;
+        let may_cut = group.len() >= MIN_CLOUD
+            && self.depth < settings.max_depth
+            && self.is_crowded(samples, &group, settings);
         if !(may_cut || is_new) {
             return Plan::Leaf { samples: group, narrowing: None };
         }
@@ -118,8 +138,12 @@ impl Former {
             return Plan::Leaf { samples: group, narrowing: is_new.then_some(narrowing) };
         }
         let (below, above): (Vec<u32>, Vec<u32>) = group.into_iter().partition(is_below);
-        let part =
-            Self { n_samples: self.n_samples * KEPT, depth: self.depth + 1, factor: self.factor * KEPT };
+        let part = Self {
+            n_samples: self.n_samples * KEPT,
+            weights: self.weights.map(|w| w * f64::from(KEPT)),
+            depth: self.depth + 1,
+            factor: self.factor * KEPT,
+        };
         let plan = |group: Vec<u32>| part.plan(samples, group, true, settings);
         let (below, above) = rayon::join(|| plan(below), || plan(above));
         Plan::Cut { axis, plane, parts: Box::new([below, above]) }

@@ -88,6 +88,12 @@ impl TrainingSample {
         self.pdf.max(PDF_MIN)
     }
 
+    /// All light over the density.
+    #[inline]
+    pub(super) fn light(&self) -> f32 {
+        (self.radiance + self.emission) / self.density()
+    }
+
     /// For the odds: every segment as if it stood for all directions, 1/pdf of them. Squares then have the factor 1/pdf²,
     /// in which the published code approximates the throughput up to here.
     #[inline]

@@ -99,3 +99,7 @@ fn outlier_limits(region: &Region) -> LobeSums<1> {
     }
     limits
 }
+
+#[cfg(test)]
+#[path = "train_tests.rs"]
+mod tests;

@@ -76,6 +76,11 @@ impl ImageGuide {
         Ok(())
     }
 
+    /// Every pixel tracks: there is nothing to look up, and nothing will be learned.
+    pub fn is_idle(&self) -> bool {
+        self.lookup.iter().all(SegmentGuide::is_tracking)
+    }
+
     /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame).
     pub fn decay(&mut self, factor: f32) {
         self.moments.iter_mut().for_each(|m| m.decay(factor));
