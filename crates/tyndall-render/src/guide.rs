@@ -20,6 +20,8 @@ const TEACHING_PATHS: u64 = 1 << 19;
 pub(crate) struct RenderGuide {
     camera: Option<ImageGuide>,
     field: Option<Field>,
+    /// Lessons so far.
+    epoch: u32,
 }
 
 /// What the paths of one tile teach in one pass.
@@ -47,7 +49,7 @@ impl RenderGuide {
         // `Auto` would have to measure whether the field pays; until it does, it is asked for by name.
         let field = (settings.guiding == Guiding::On && has_indirect_light)
             .then(|| Field::new(FieldSettings::default()));
-        Self { camera, field }
+        Self { camera, field, epoch: 0 }
     }
 
     /// What paths through a pixel are told.
@@ -56,6 +58,7 @@ impl RenderGuide {
         Guides {
             camera: self.camera.as_ref().map(|camera| camera.lookup(x as i32, y as i32)),
             field: self.field.as_ref(),
+            epoch: self.epoch,
         }
     }
 
@@ -77,6 +80,7 @@ impl RenderGuide {
 
     /// Merges the lessons of a pass, one entry a tile of `film` in its order.
     pub(crate) fn learn(&mut self, film: &Film, lessons: Vec<TileLessons>) {
+        self.epoch += 1;
         if let Some(camera) = &mut self.camera {
             let (pass, costs) = gather(film, &lessons);
             // One entry a pixel by construction: nothing to be refused.

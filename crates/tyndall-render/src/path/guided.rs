@@ -54,6 +54,12 @@ impl<'a> GuidedVertex<'a> {
         Self { vertex, guide }
     }
 
+    /// Whether the field has a say.
+    #[inline]
+    pub(super) fn is_guided(&self) -> bool {
+        self.guide.is_some()
+    }
+
     /// Value for light arriving from `wi` (with the cosine at surfaces), and the density per steradian with which
     /// [`Self::sample`] chooses `wi`.
     #[inline]

@@ -81,7 +81,11 @@ impl Path<'_> {
     ) -> bool {
         let vertex = GuidedVertex::new(self, vertex);
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
-        let Some(next) = vertex.sample(self.sampler.next_4d()) else { return false };
+        let mut u = self.sampler.next_4d();
+        if vertex.is_guided() {
+            u = u.map(|u| self.shifts.apply(u));
+        }
+        let Some(next) = vertex.sample(u) else { return false };
         self.throughput *= next.weight;
         self.leave(&vertex.vertex, &next);
         true

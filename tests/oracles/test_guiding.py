@@ -1,0 +1,107 @@
+"""What is learned during a render steers samples and never the mean; where it should help, it does."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from support.render import Shot
+from support.stages import StageBuilder
+from support.statistics import estimate
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+BOUNCES = 6
+
+
+def room(folder: Path, width: int = 24, height: int = 16) -> Shot:
+    """Return fog and a dense coloured ball in a room open towards the camera, lit by a lamp and a sun."""
+    stage = StageBuilder(width, height)
+    stage.camera((0, 0, 6), (0, 0, 0), vfov=40)
+    grey, red = stage.lambert(0.6), stage.lambert((0.7, 0.2, 0.1))
+    stage.quad((-2, -2, -2), (4, 0, 0), (0, 4, 0), grey)
+    stage.quad((-2, -2, -2), (0, 0, 4), (4, 0, 0), grey)
+    stage.quad((-2, -2, -2), (0, 4, 0), (0, 0, 4), red)
+    stage.box((-3, -3, -3), (3, 3, 3), stage.medium(0.15, (0.9, 0.8, 0.7), 0.4))
+    stage.sphere((0.5, -0.5, 0), 0.7, stage.medium((3.0, 1.0, 0.5), 0.9))
+    stage.sphere_light((1.0, 1.5, 0.5), 0.3, 6.0)
+    stage.distant((0.3, -1.0, -0.4), 2.0)
+    return Shot(stage, folder)
+
+
+@pytest.fixture(scope="module")
+def shot(tmp_path_factory: pytest.TempPathFactory) -> Shot:
+    return room(tmp_path_factory.mktemp("room"))
+
+
+@pytest.fixture(scope="module")
+def unguided(shot: Shot) -> Any:
+    settings = {"distanceSampling": "delta", "guiding": "off"}
+    return shot.seeds(16, spp=1024, max_bounces=BOUNCES, first_seed=500, **settings)
+
+
+@pytest.mark.parametrize(
+    ("sampling", "guiding"),
+    [("odds", "off"), ("target", "off"), ("auto", "off"), ("delta", "on"), ("odds", "on"), ("target", "on")],
+)
+@pytest.mark.parametrize("spp", [2, 4, 16, 64])
+def test_means_agree_at_any_sample_count(
+    shot: Shot, unguided: Any, spp: int, sampling: str, guiding: str
+) -> None:
+    settings = {"distanceSampling": sampling, "guiding": guiding}
+    # As many samples in all, whatever one render takes: a bias of few samples is seen as sharply.
+    images = shot.seeds(3072 // spp, spp=spp, max_bounces=BOUNCES, **settings)
+    found, expected = estimate(images), estimate(unguided)
+    z = (found.mean - expected.mean) / np.hypot(found.error, expected.error)
+    assert (found.error < 0.01 * expected.mean).all(), f"not sharp enough: {found}"
+    assert (np.abs(z) < 4).all(), f"{found.mean} against {expected.mean}: z {z}"
+
+
+def test_thin_mist_before_darkness_is_found(tmp_path: Path) -> None:
+    """Of twenty rays one scatters by itself, and only scattered light is seen: odds make it most of them."""
+    stage = StageBuilder(16, 16)
+    stage.camera((0, 0, 5), (0, 0, 0), vfov=20)
+    stage.box((-2, -2, -1), (2, 2, 1), stage.medium(0.025, 1.0))
+    stage.quad((-9, -9, -3), (18, 0, 0), (0, 18, 0), stage.lambert(0.0))
+    stage.distant((0, 0, -1), 3.0)
+    shot = Shot(stage, tmp_path)
+    variance = {}
+    for sampling in ("delta", "auto"):
+        images = shot.seeds(12, spp=256, max_bounces=1, distanceSampling=sampling)
+        variance[sampling] = images.var(axis=0, ddof=1).mean() / images.mean() ** 2
+    assert variance["auto"] < 0.2 * variance["delta"], variance
+
+
+def test_probabilities_are_seen(tmp_path: Path) -> None:
+    stage = StageBuilder(16, 12)
+    stage.camera((0, 0, 5), (0, 0, 0), vfov=20)
+    stage.box((-2, -2, -1), (2, 2, 1), stage.medium(0.05, 1.0))
+    stage.distant((0, 0, -1), 3.0)
+    shot = Shot(stage, tmp_path)
+    aovs = ("rgba", "vsp", "vsp_target")
+    means = {}
+    for sampling in ("delta", "odds"):
+        images = shot.render(aovs=aovs, spp=256, max_bounces=1, distanceSampling=sampling)
+        means[sampling] = [float(images[name].mean()) for name in aovs[1:]]
+    for achieved, wanted in means.values():
+        assert achieved == pytest.approx(wanted, abs=4 * 0.5 / np.sqrt(256 * 16 * 12))
+    # W = 1 - exp(-0.05 * 2) by itself; nearly always once learned.
+    assert means["delta"][0] == pytest.approx(0.0952, abs=0.005)
+    assert means["odds"][0] > 0.5
+
+
+def test_threads_change_no_bit(shot: Shot) -> None:
+    settings = {"distanceSampling": "odds", "guiding": "on", "spp": 16, "max_bounces": BOUNCES, "seed": 3}
+    one, two, again = (shot.render(threads=n, **settings)["rgba"] for n in (1, 2, 2))
+    assert np.array_equal(one, two)
+    assert np.array_equal(two, again)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 40), (40, 1)])
+def test_images_of_a_line_or_a_point(tmp_path: Path, size: tuple[int, int]) -> None:
+    shot = room(tmp_path, *size)
+    settings = {"distanceSampling": "odds", "guiding": "on"}
+    image = shot.render(spp=33, max_bounces=BOUNCES, **settings)["rgba"]
+    assert np.isfinite(image).all() and image[..., :3].max() > 0
