@@ -23,7 +23,7 @@ impl Path<'_> {
             return false;
         }
         let travel = self.ray.direction;
-        let vertex = Vertex::Medium { point: SplitPoint::on(&self.ray, self.low, t), travel, phase };
+        let vertex = Vertex::Medium { point: self.point_in_medium(&self.ray, t), travel, phase };
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         let u = self.sampler.next_2d();
         let Vertex::Medium { point, phase, .. } = vertex else { return false };
@@ -87,6 +87,16 @@ impl Path<'_> {
         let origin = vertex.origin_towards(sample.direction);
         self.leave(*position, origin, sample.direction, sample.pdf, sample.is_delta);
         true
+    }
+
+    /// The point at `t` on `ray`, which begins where the path is.
+    #[inline]
+    pub(super) fn point_in_medium(&self, ray: &Ray, t: f64) -> SplitPoint {
+        if self.world.has_dense_media() {
+            SplitPoint::on(ray, self.low, t)
+        } else {
+            SplitPoint { high: ray.at(t as f32), low: Vec3A::ZERO }
+        }
     }
 
     /// Counts a scattering event unless the path has had all it may.
