@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom, UsdShade, UsdVol
+from support.fields import fields, own_medium
 from support.oracles import judge
 from support.render import Shot, tyndall
 from support.stages import StageBuilder
@@ -14,8 +14,6 @@ from support.stages import StageBuilder
 if TYPE_CHECKING:
     from pathlib import Path
 
-T = Sdf.ValueTypeNames
-TYPES = {"phase": T.Token, "albedo": T.Color3f, "emission": T.Color3f, "blackbodyIntensity": T.Color3f}
 VOXEL = 0.05
 DEPTH = 16  # voxels
 
@@ -30,34 +28,6 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 RADIANCE = 5.670374419e-14 / np.pi
 
 
-def own_medium(stage: StageBuilder, **inputs: Any) -> str:
-    """Add a material whose volume is ``tyndall:volume``; an input (factor, field) reads a field."""
-    path = f"/World/Own{len(stage.stage.GetPrimAtPath('/World').GetChildren())}"
-    material = UsdShade.Material.Define(stage.stage, path)
-    shader = UsdShade.Shader.Define(stage.stage, f"{path}/v")
-    shader.CreateIdAttr("tyndall:volume")
-    for name, value in inputs.items():
-        target = shader.CreateInput(name, TYPES.get(name, T.Float))
-        if isinstance(value, tuple) and isinstance(value[1], str):
-            target.ConnectToSource(field_times(stage, f"{path}/{name}", *value).ConnectableAPI(), "out")
-        else:
-            target.Set(value)
-    material.CreateVolumeOutput().ConnectToSource(shader.ConnectableAPI(), "out")
-    return path
-
-
-def field_times(stage: StageBuilder, path: str, factor: Any, field: str) -> UsdShade.Shader:
-    reader = UsdShade.Shader.Define(stage.stage, f"{path}_field")
-    reader.CreateIdAttr("ND_geompropvalue_float")
-    reader.CreateInput("geomprop", T.String).Set(field)
-    product = UsdShade.Shader.Define(stage.stage, f"{path}_product")
-    product.CreateIdAttr("ND_multiply_color3FA")
-    color = factor if isinstance(factor, tuple) else (factor,) * 3
-    product.CreateInput("in1", T.Color3f).Set(color)
-    product.CreateInput("in2", T.Float).ConnectToSource(reader.ConnectableAPI(), "out")
-    return product
-
-
 def slab(folder: Path, name: str, z: float, value: float = 1.0) -> Path:
     """Write a grid of `DEPTH` voxels from `z` on; its integral along the axis is value * thickness."""
     values = np.full((24, 24, DEPTH), value, np.float32)
@@ -67,19 +37,6 @@ def slab(folder: Path, name: str, z: float, value: float = 1.0) -> Path:
 
 
 THICKNESS = DEPTH * VOXEL
-
-
-def fields(stage: StageBuilder, material: str, **files: Path) -> None:
-    """Add a volume with these fields."""
-    volume = UsdVol.Volume.Define(stage.stage, "/World/Fire")
-    for name, path in files.items():
-        asset = UsdVol.OpenVDBAsset.Define(stage.stage, f"/World/Fire/{name}")
-        asset.CreateFilePathAttr(Sdf.AssetPath(str(path)))
-        asset.CreateFieldNameAttr(name)
-        volume.CreateFieldRelationship(name, asset.GetPath())
-    prim = volume.GetPrim()
-    UsdShade.MaterialBindingAPI.Apply(prim).Bind(UsdShade.Material(stage.stage.GetPrimAtPath(material)))
-    assert UsdGeom.Gprim(prim)
 
 
 def along_the_axis() -> StageBuilder:

@@ -247,8 +247,9 @@ def test_what_a_volume_cannot_be_fed_by_is_named():
     a = look.node("a", "ND_geompropvalue_float", geomprop=(T.String, "a"))
     b = look.node("b", "ND_geompropvalue_float", geomprop=(T.String, "b"))
     both = look.node("ab", "ND_multiply_float", in1=(T.Float, a, "out"), in2=(T.Float, b, "out"))
+    three = look.node("aba", "ND_multiply_float", in1=(T.Float, both, "out"), in2=(T.Float, a, "out"))
     total = look.node("sum", "ND_add_float", in1=(T.Float, a, "out"), in2=(T.Float, b, "out"))
-    look.volume(_vdf(look, scattering=(T.Float3, both, "out"), absorption=(T.Float3, total, "out")))
+    look.volume(_vdf(look, scattering=(T.Float3, three, "out"), absorption=(T.Float3, total, "out")))
     messages = " ".join(m[2] for m in look.read().messages)
     assert "several fields" in messages
     assert "add" in messages

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 use tyndall_scene::prim::FieldSource;
-use tyndall_scene::{AssetError, AssetLoader, ColorSpace, ImageData};
-use tyndall_vdb::{Grid, VdbError, VdbFile};
+use tyndall_scene::{AssetError, AssetLoader, ColorSpace, FieldGrid, ImageData};
+use tyndall_vdb::{VdbError, VdbFile};
 
 /// Loads images and grids from disk and keeps them until the file changes (its length or modification time) or [`clear`] is
 /// called. Thread-safe; two threads that ask for a new file at the same moment may both read it, and then share one.
@@ -18,7 +18,7 @@ use tyndall_vdb::{Grid, VdbError, VdbFile};
 #[derive(Debug, Default)]
 pub struct FileAssets {
     images: FileCache<ColorSpace, ImageData>,
-    grids: FileCache<(String, Option<usize>), Grid>,
+    grids: FileCache<(String, Option<usize>), FieldGrid>,
 }
 
 impl FileAssets {
@@ -33,20 +33,25 @@ impl FileAssets {
         self.grids.clear();
     }
 
-    /// The float grid called `name` of the OpenVDB file at `path`; `index` chooses among grids of the same name.
-    /// Grids of doubles, halves and integers are converted.
+    /// The grid called `name` of the OpenVDB file at `path`; `index` chooses among grids of the same name.
+    /// Doubles, halves and integers, single or in vectors, are converted to floats.
     ///
     /// # Errors
     /// The file is missing or damaged, has no such grid (the message lists those it has), or the grid holds no numbers.
-    pub fn vdb_grid(&self, path: &Path, name: &str, index: Option<usize>) -> Result<Arc<Grid>, AssetError> {
+    pub fn vdb_grid(
+        &self,
+        path: &Path,
+        name: &str,
+        index: Option<usize>,
+    ) -> Result<Arc<FieldGrid>, AssetError> {
         self.grids.get(path, (name.to_owned(), index), || {
-            VdbFile::open(path).and_then(|file| file.read_grid(name, index)).map_err(|e| grid_error(path, &e))
+            read_grid(path, name, index).map_err(|e| grid_error(path, &e))
         })
     }
 }
 
 impl AssetLoader for FileAssets {
-    fn grid(&self, source: &FieldSource) -> Result<Arc<Grid>, AssetError> {
+    fn grid(&self, source: &FieldSource) -> Result<Arc<FieldGrid>, AssetError> {
         match source {
             FieldSource::File { path, name, index } => self.vdb_grid(path, name, *index),
             FieldSource::Dense { .. } => {
@@ -58,6 +63,14 @@ impl AssetLoader for FileAssets {
     fn image(&self, path: &Path, color_space: ColorSpace) -> Result<Arc<ImageData>, AssetError> {
         self.images.get(path, color_space, || Ok(load_image(path, color_space)?))
     }
+}
+
+fn read_grid(path: &Path, name: &str, index: Option<usize>) -> Result<FieldGrid, VdbError> {
+    let file = VdbFile::open(path)?;
+    if file.value_type(name, index)?.is_vector() {
+        return Ok(FieldGrid::Vector(file.read_vector_grid(name, index)?));
+    }
+    Ok(FieldGrid::Scalar(file.read_grid(name, index)?))
 }
 
 fn grid_error(path: &Path, error: &VdbError) -> AssetError {

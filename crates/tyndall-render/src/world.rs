@@ -66,6 +66,11 @@ impl World {
         !cfg!(feature = "without-media") && !self.media.is_empty()
     }
 
+    /// Whether some medium is so dense that vertices in it are needed finer than f32.
+    pub(crate) fn has_dense_media(&self) -> bool {
+        self.media.is_dense()
+    }
+
     /// The media, in the order of their boundaries.
     pub(crate) fn media(&self) -> &[tyndall_volume::Medium] {
         self.media.list()

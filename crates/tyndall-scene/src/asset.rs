@@ -1,6 +1,7 @@
 //! How a committed scene gets at the content of files without opening any itself.
 
 use crate::prim::FieldSource;
+use glam::DAffine3;
 use std::path::Path;
 use std::sync::Arc;
 use tyndall_vdb::Grid;
@@ -28,6 +29,25 @@ pub struct ImageData {
     pub pixels: Vec<[f32; 4]>,
 }
 
+/// A grid of a file.
+#[derive(Debug)]
+pub enum FieldGrid {
+    /// Of numbers: densities, temperatures, distances.
+    Scalar(Grid),
+    /// Of vectors: colours.
+    Vector(Grid<[f32; 3]>),
+}
+
+impl FieldGrid {
+    /// Index space (voxel centres at integers) to the file's world space.
+    pub fn file_from_index(&self) -> DAffine3 {
+        match self {
+            Self::Scalar(grid) => grid.file_from_index,
+            Self::Vector(grid) => grid.file_from_index,
+        }
+    }
+}
+
 /// Why a file could not be used; the text names the file and what to do.
 #[derive(Debug, Clone, thiserror::Error)]
 #[error("{message}")]
@@ -38,11 +58,11 @@ pub struct AssetError {
 
 /// Gives the content of files named by prims. Implementations cache, so asking twice is cheap, and are thread-safe.
 pub trait AssetLoader: Send + Sync {
-    /// The float grid that a field names; asking again for an unchanged file gives the same allocation.
+    /// The grid that a field names; asking again for an unchanged file gives the same allocation.
     ///
     /// # Errors
     /// The file is missing, damaged, or has no such grid.
-    fn grid(&self, source: &FieldSource) -> Result<Arc<Grid>, AssetError> {
+    fn grid(&self, source: &FieldSource) -> Result<Arc<FieldGrid>, AssetError> {
         // A loader of images only.
         let message = format!("{source:?} cannot be loaded here: this loader knows no grids");
         Err(AssetError { message })

@@ -14,7 +14,7 @@ mod path;
 pub mod prim;
 mod settings;
 
-pub use asset::{AssetError, AssetLoader, ColorSpace, ImageData};
+pub use asset::{AssetError, AssetLoader, ColorSpace, FieldGrid, ImageData};
 pub use delegate::{RenderDelegate, Scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use dirty::DirtyBits;

@@ -16,7 +16,7 @@ mod volume;
 mod tests;
 
 pub use compiled::{CompiledMaterial, SurfaceShading};
-pub use volume::{EmissionSource, EmissionTerm, PhaseModel, VolumeMaterial};
+pub use volume::{EmissionSource, EmissionTerm, PhaseModel, VolumeMaterial, VolumeTint};
 
 use crate::KindSpec;
 use glam::Vec3A;

@@ -19,7 +19,7 @@ mod testing;
 
 pub use graph::{
     CompiledMaterial, EmissionSource, EmissionTerm, NODE_KINDS, PhaseModel, ShadingContext, SurfaceShading,
-    VolumeMaterial,
+    VolumeMaterial, VolumeTint,
 };
 pub use kind::{KindSpec, ParamDefault, ParamSpec};
 pub use light::{Light, LightSample, LightSet, Receiver};

@@ -107,6 +107,30 @@ impl VdbFile {
         }
     }
 
+    /// Decodes a grid of vectors into 32-bit floats: colours, velocities.
+    ///
+    /// # Errors
+    /// As [`Self::read_grid`], for grids of anything but vectors.
+    pub fn read_vector_grid(&self, name: &str, index: Option<usize>) -> Result<Grid<[f32; 3]>, VdbError> {
+        let position = self.find(name, index)?;
+        match self.grids[position].value_type {
+            ValueType::Vec3s => self.decode::<[f32; 3], _>(position, |value| value),
+            ValueType::Vec3d => self.decode(position, |value: [f64; 3]| value.map(|x| x as f32)),
+            ValueType::Vec3i => self.decode(position, |value: [i32; 3]| value.map(|x| x as f32)),
+            ref other => {
+                Err(VdbError::unsupported(name, format!("it is a {other} grid, a vector grid is needed")))
+            }
+        }
+    }
+
+    /// The type of a grid's values.
+    ///
+    /// # Errors
+    /// [`VdbError::NoSuchGrid`].
+    pub fn value_type(&self, name: &str, index: Option<usize>) -> Result<&ValueType, VdbError> {
+        Ok(&self.grids[self.find(name, index)?].value_type)
+    }
+
     /// Decodes a grid in its own type, e.g. `[f32; 3]` for `vec3s`. Mask grids are grids of `bool` in which a voxel is
     /// true if it is active.
     ///

@@ -54,6 +54,11 @@ impl ValueType {
         }
     }
 
+    /// Three numbers a voxel.
+    pub fn is_vector(&self) -> bool {
+        matches!(self, Self::Vec3s | Self::Vec3d | Self::Vec3i)
+    }
+
     /// Sizes in bytes of one value; `None` for types whose leaves are laid out differently or unknown.
     pub(crate) fn layout(&self, saved_as_half: bool) -> Option<ValueLayout> {
         let (full, half) = match self {

@@ -72,7 +72,8 @@ pub fn write_fog(path: &Path, grids: &[Grid], compression: WriteCompression) -> 
     write_grids(path, &grids.iter().map(FogGrid::from).collect::<Vec<_>>(), compression)
 }
 
-/// Writes grids of several types as fog volumes (staggered ones stay staggered), replacing `path` only when all bytes are on disk.
+/// Writes grids of several types as fog volumes (staggered grids and level sets stay what they are), replacing `path` only when all bytes are
+/// on disk.
 ///
 /// Leaves and tiles are written as they are; [`GridBuilder`] makes grids from dense arrays. Metadata entries are
 /// kept except those this function states itself (name, class, bounds, voxel count, storage). Grids of the same

@@ -61,6 +61,7 @@ fn media(tau: f32) -> [Medium; 1] {
         emission: Emission::NONE,
         phase: Phase::henyey_greenstein(0.0).into(),
         density,
+        tint: None,
     }]
 }
 

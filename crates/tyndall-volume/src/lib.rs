@@ -22,13 +22,15 @@ pub mod phase;
 mod point;
 #[cfg(test)]
 mod testing;
+mod tint;
 mod transmittance;
 mod walk;
 
-pub use grid::{BrickGrid, GridReport, SparseVoxels};
+pub use grid::{BrickGrid, ColorGrid, GridReport, SparseVoxels};
 pub use medium::{Coefficients, Emission, GridDensity, Medium, Span};
 pub use phase::{Phase, PhaseMix, PhaseSample};
 pub use point::{collision_density, scattering_at};
+pub use tint::Tint;
 pub use transmittance::transmittance;
 pub use walk::{
     Candidate, CandidateSums, CandidateVisitor, Cell, Event, ResampleOptions, Resampled, Segment, Walk, WalkStats,

@@ -1,6 +1,6 @@
 //! What a medium is: coefficients, phase function, emission, optional density.
 
-use crate::{BrickGrid, PhaseMix};
+use crate::{BrickGrid, PhaseMix, Tint};
 use glam::{Affine3A, BVec3A, Vec3A};
 use std::sync::Arc;
 use tyndall_math::{Ray, Rgb, blackbody_radiance};
@@ -33,6 +33,8 @@ pub struct Medium {
     pub phase: PhaseMix,
     /// Multiplies both coefficients and feeds emission; `None` is density 1 everywhere.
     pub density: Option<GridDensity>,
+    /// Adds what follows a grid of colours. Only where there is a density.
+    pub tint: Option<Tint>,
 }
 
 /// Light that a medium emits into all directions.
@@ -85,9 +87,12 @@ impl Emission {
 }
 
 impl Medium {
-    /// The coefficients at density 1, made fit for arithmetic.
+    /// The coefficients at density 1, made fit for arithmetic; with a tint, upper bounds over its colours.
     #[inline]
     pub fn coefficients(&self) -> Coefficients {
+        if let Some(tint) = &self.tint {
+            return self.most_tinted(tint);
+        }
         let sigma_s = usable(self.sigma_s);
         Coefficients { sigma_t: usable(self.sigma_a) + sigma_s, sigma_s }
     }
@@ -96,12 +101,13 @@ impl Medium {
     #[inline]
     pub fn emits(&self) -> bool {
         !self.emission.usable().is_dark()
+            || self.tint.as_ref().is_some_and(|tint| usable(tint.glow) != Rgb::ZERO)
     }
 }
 
 /// Zero for NaN, negative and denormal channels; cut at [`MAX_COEFFICIENT`].
 #[inline]
-fn usable(c: Rgb) -> Rgb {
+pub(crate) fn usable(c: Rgb) -> Rgb {
     let normal = c.cmpge(Vec3A::splat(f32::MIN_POSITIVE));
     Rgb::select(normal, c.min(Vec3A::splat(MAX_COEFFICIENT)), Rgb::ZERO)
 }

@@ -19,11 +19,16 @@ pub fn sums_at(media: &[Medium], spans: &[Span], ray: &Ray, t: f64) -> PointSums
     let mut sums = PointSums::default();
     for span in spans.iter().filter(|span| span.t0 <= t && t < span.t1 && t <= f64::from(ray.t_max)) {
         let medium = &media[span.medium as usize];
+        let point = ray.at(t as f32);
         let density = medium.density.as_ref().map_or(1.0, |density| {
-            f64::from(density.grid.density(density.index_from_world.transform_point3a(ray.at(t as f32))))
+            f64::from(density.grid.density(density.index_from_world.transform_point3a(point)))
         });
-        let c = medium.coefficients();
-        let emission = medium.emission.usable().at(density as f32);
+        let (mut c, mut emission) = (medium.coefficients(), medium.emission.usable().at(density as f32));
+        if let Some(tint) = &medium.tint {
+            let color = tint.color(point, density as f32);
+            c = medium.tinted(tint, color);
+            emission += tint.glow * color * density as f32;
+        }
         for i in 0..3 {
             sums.sigma_t[i] += f64::from(c.sigma_t[i]) * density;
             sums.sigma_s[i] += f64::from(c.sigma_s[i]) * density;

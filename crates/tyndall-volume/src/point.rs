@@ -64,6 +64,7 @@ mod tests {
             emission: Emission::Glow(Rgb::ZERO),
             phase: PhaseMix::single(Phase::Isotropic(Isotropic)),
             density: None,
+            tint: None,
         }
     }
 

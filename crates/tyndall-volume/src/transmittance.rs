@@ -7,7 +7,7 @@
 
 use crate::majorant::GridWalk;
 use crate::medium::{GridDensity, Medium, Span};
-use crate::walk::{LONG_WALK, WalkStats, survives_length};
+use crate::walk::{LONG_WALK, WalkStats, attenuate_by_candidates, survives_length};
 use tyndall_math::random::Pcg;
 use tyndall_math::{Ray, Rgb};
 
@@ -43,11 +43,17 @@ pub fn transmittance(
     if !has_grid {
         return product;
     }
-    for (t, medium, c) in spans.iter().filter_map(present) {
+    for span in spans {
+        let Some((t, medium, c)) = present(span) else { continue };
         let Some(density) = &medium.density else { continue };
-        if c.sigma_t != Rgb::ZERO && product != Rgb::ZERO {
-            product = through_grid(density, c.sigma_t, ray, t, product, rng, stats);
+        if c.sigma_t == Rgb::ZERO || product == Rgb::ZERO {
+            continue;
         }
+        product = if medium.has_tinted_extinction() {
+            attenuate_by_candidates(media, span, ray, product, rng, stats)
+        } else {
+            through_grid(density, c.sigma_t, ray, t, product, rng, stats)
+        };
     }
     product
 }

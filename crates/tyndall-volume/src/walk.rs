@@ -24,6 +24,7 @@ pub use segment::{Cell, Segment};
 pub use track::{Candidate, CandidateVisitor};
 
 pub(crate) use channels::survives_length;
+pub(crate) use emission::attenuate_by_candidates;
 
 use crate::medium::{Coefficients, Medium, Span};
 use crate::phase::PhaseMix;
@@ -139,7 +140,7 @@ fn collide(
 ) -> Walk {
     let mut present = spans.iter().filter_map(|span| Present::new(media, span, ray));
     let Some(first) = present.next() else { return Walk::pass(Rgb::ONE) };
-    if present.next().is_none() && first.coefficients.is_achromatic() {
+    if present.next().is_none() && first.coefficients.is_achromatic() && first.medium.tint.is_none() {
         match &first.medium.density {
             None => return homogeneous::sample_one(&first, rng),
             Some(density) if first.coefficients.scatters() => {

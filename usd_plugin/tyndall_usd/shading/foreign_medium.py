@@ -61,7 +61,8 @@ def convert_arnold_volume(node: ShaderNode) -> Medium:
     transparent = node.vector("transparent", (math.exp(-1.0),) * 3)
     depth = max(node.number("transparent_depth", 1.0), 1e-30)
     x, y, z = (-math.log(min(max(t, 1e-30), 1.0)) / depth for t in transparent)
-    albedo = _scaled(node.vector("scatter_color", _GREY), node.number("scatter", 1.0))
+    scatter = node.number("scatter", 1.0)
+    albedo = node.graph.combine("multiply", node.value_or("scatter_color", _GREY), (scatter,) * 3)
     density = _field(node, node.text("density_channel") or "density")
     g = node.number("scatter_anisotropy", 0.0)
     medium = replace(
@@ -119,7 +120,7 @@ def convert_renderman_volume(node: ShaderNode) -> Medium:
     if field:
         density = _field(node, field)
     return replace(
-        from_albedo(node, density, _ONE, node.vector("diffuseColor", _ONE)),
+        from_albedo(node, density, _ONE, node.value_or("diffuseColor", _ONE)),
         anisotropy=node.number("anisotropy", 0.0),
         scattering_inputs=lobes,
         emission=node.value("emitColor"),
@@ -137,15 +138,14 @@ def convert_cycles_volume(node: ShaderNode) -> Medium:
     )
     field = node.text("density_attribute", "density")
     density = node.graph.combine("multiply", node.value_or("density", 1.0), _field(node, field))
-    color, tint = node.vector("color", _GREY), node.vector("absorption_color", _ZERO)
-    absorption = [
-        max(1.0 - c, 0.0) * max(1.0 - math.sqrt(max(t, 0.0)), 0.0) for c, t in zip(color, tint, strict=True)
-    ]
+    # Whatever of the colour does not scatter is absorbed, less what the absorption colour lets pass.
+    colored = from_albedo(node, density, _ONE, node.value_or("color", _GREY))
+    x, y, z = (max(1.0 - math.sqrt(max(t, 0.0)), 0.0) for t in node.vector("absorption_color", _ZERO))
     strength, heat = node.number("emission_strength", 0.0), node.number("blackbody_intensity", 0.0)
     glow = _scaled(node.vector("emission_color", _ONE), strength)
     medium = Medium(
-        absorption=node.graph.combine("multiply", (absorption[0], absorption[1], absorption[2]), density),
-        scattering=node.graph.combine("multiply", color, density),
+        absorption=node.graph.combine("multiply", (x, y, z), colored.absorption),
+        scattering=colored.scattering,
         anisotropy=node.number("anisotropy", 0.0),
         emission=glow if strength > 0.0 else None,
     )

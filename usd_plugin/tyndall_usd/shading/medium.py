@@ -1,11 +1,12 @@
 """Volume shaders: MaterialX's distributions, our own node, and the graph's ``volume`` node they end in.
 
 ``tyndall:volume`` has what MaterialX lacks. Its inputs, all per stage unit; those marked * may be connected
-to ``ND_geompropvalue_*`` (a field of the volume), times constants:
+to ``ND_geompropvalue_*`` (a field of the volume), times constants, times a second field: a density times a
+colour. Whether a field holds numbers or colours is up to its grid, not to the type of the node:
 
 ============================== ===============================================================================
 ``density`` * (1)              extinction, a number or a colour
-``albedo`` (0.5, 0.5, 0.5)     part of the extinction that scatters
+``albedo`` * (0.5, 0.5, 0.5)   part of the extinction that scatters
 ``phase``                      ``henyey_greenstein``, ``rayleigh``, ``draine`` or ``droplets``
 ``anisotropy`` (0)             mean cosine of the first lobe; of Draine's lobe
 ``anisotropy2``, ``lobeMix``   mean cosine of the second lobe and its part of the light
@@ -19,6 +20,7 @@ to ``ND_geompropvalue_*`` (a field of the volume), times constants:
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -31,6 +33,8 @@ if TYPE_CHECKING:
     from tyndall_usd.shading.network import ShaderNode
 
 _ONE: Vector = (1.0, 1.0, 1.0)
+_GREY: Vector = (0.5, 0.5, 0.5)
+_ZERO: Vector = (0.0, 0.0, 0.0)
 _SCATTERING_INPUTS = ("anisotropy2", "lobeMix", "alpha", "dropletDiameter")
 
 
@@ -92,7 +96,7 @@ def convert_own_volume(node: ShaderNode) -> Medium:
     for name in _SCATTERING_INPUTS:
         if node.is_authored(name):
             scattering_inputs[name] = node.number(name, 0.0)
-    medium = from_albedo(node, node.value_or("density", 1.0), _ONE, node.vector("albedo", (0.5, 0.5, 0.5)))
+    medium = from_albedo(node, node.value_or("density", 1.0), _ONE, node.value_or("albedo", _GREY))
     return replace(
         medium,
         anisotropy=node.number("anisotropy", 0.0),
@@ -103,8 +107,13 @@ def convert_own_volume(node: ShaderNode) -> Medium:
     )
 
 
-def from_albedo(node: ShaderNode, density: NodeInput, extinction: Vector, albedo: Vector) -> Medium:
+def from_albedo(node: ShaderNode, density: NodeInput, extinction: Vector, albedo: NodeInput) -> Medium:
     """Return the medium with `extinction` times `density`, of which `albedo` scatters."""
+    if isinstance(albedo, (NodeRef, str)):
+        total = node.graph.combine("multiply", extinction, density)
+        scattered = node.graph.combine("multiply", total, albedo)
+        return Medium(absorption=node.graph.combine("subtract", total, scattered), scattering=scattered)
+    albedo = to_vector(albedo)
     scattering = tuple(e * a for e, a in zip(extinction, albedo, strict=True))
     absorption = tuple(e * (1.0 - a) for e, a in zip(extinction, albedo, strict=True))
     return Medium(
@@ -121,7 +130,8 @@ def two_lobes(g: float, g2: float, mix: float) -> dict[str, NodeInput]:
 def add_volume_node(node: ShaderNode, medium: Medium) -> NodeRef:
     """Append the graph's ``volume`` node.
 
-    Absorption, scattering and temperature are constants or constants times one field; emission may be a sum.
+    Absorption and scattering are constants, times one or two fields; temperature has at most one, and
+    emission may be any sum of these.
     """
     emission, temperature = medium.emission, medium.temperature
     if emission is not None and _is_product(node, emission):
@@ -142,12 +152,24 @@ def add_volume_node(node: ShaderNode, medium: Medium) -> NodeRef:
 
 
 def _coefficient(node: ShaderNode, value: NodeInput) -> NodeInput:
-    constant, fields = _factors(node, value)
-    if not fields:
-        return constant
-    if len(fields) > 1:
-        node.warn("a coefficient is the product of several fields", "only the first field is used")
-    return node.graph.add("multiply", in1=constant, in2=fields[0])
+    """Return `value` as the sum of products that a ``volume`` node takes; 0 with a message if it is none."""
+    terms = _terms(node, value)
+    if any(len(fields) > 2 for fields in terms):
+        node.warn("a coefficient is the product of several fields", "only the first two fields are used")
+        terms = {fields[:2]: constant for fields, constant in terms.items()}
+    shared = set.intersection(*({field.index for field in fields} for fields in terms)) if terms else set()
+    if len(terms) > 1 and not shared:
+        node.warn("a coefficient is fed by 'add' of different fields", "0 is used")
+        return _ZERO
+    products = [_product(node, constant, fields) for fields, constant in terms.items()]
+    return functools.reduce(lambda a, b: node.graph.combine("add", a, b), products) if products else _ZERO
+
+
+def _product(node: ShaderNode, constant: Vector, fields: tuple[NodeRef, ...]) -> NodeInput:
+    product: NodeInput = constant
+    for field in fields:
+        product = node.graph.add("multiply", in1=product, in2=field)
+    return product
 
 
 def _is_product(node: ShaderNode, value: NodeInput) -> bool:
@@ -160,24 +182,32 @@ def _is_product(node: ShaderNode, value: NodeInput) -> bool:
     return source.kind == "field"
 
 
-def _factors(node: ShaderNode, value: NodeInput) -> tuple[Vector, list[NodeRef]]:
-    """Return the constant factor of a product and the fields in it."""
-    if isinstance(value, str):
-        return _ONE, []
+def _terms(node: ShaderNode, value: NodeInput) -> dict[tuple[NodeRef, ...], Vector]:
+    """Return the constant factor of every product of fields in a sum."""
     if not isinstance(value, NodeRef):
-        return to_vector(value), []
+        return {(): _ONE if isinstance(value, str) else to_vector(value)}
     source = node.graph.node(value)
     if source.kind == "field":
-        return _ONE, [value]
-    if source.kind != "multiply":
+        return {(value,): _ONE}
+    if source.kind not in ("multiply", "add", "subtract"):
         node.warn(
             f"a coefficient is fed by {source.kind!r}",
-            "only constants times one field are supported; 0 is used",
+            "only constants times one or two fields are supported; 0 is used",
         )
-        return (0.0, 0.0, 0.0), []
-    constant, fields = _ONE, []
-    for factor in source.inputs.values():
-        part, more = _factors(node, factor)
-        constant = (constant[0] * part[0], constant[1] * part[1], constant[2] * part[2])
-        fields += more
-    return constant, fields
+        return {}
+    a, b = _terms(node, source.inputs["in1"]), _terms(node, source.inputs["in2"])
+    if source.kind == "multiply":
+        pairs = [(f + g, _times(x, y)) for f, x in a.items() for g, y in b.items()]
+    else:
+        sign = (1.0 if source.kind == "add" else -1.0,) * 3
+        pairs = [*a.items(), *((fields, _times(x, sign)) for fields, x in b.items())]
+    terms: dict[tuple[NodeRef, ...], Vector] = {}
+    for fields, (x, y, z) in pairs:
+        key = tuple(sorted(fields, key=lambda field: field.index))
+        old = terms.get(key, _ZERO)
+        terms[key] = (old[0] + x, old[1] + y, old[2] + z)
+    return terms
+
+
+def _times(a: Vector, b: Vector) -> Vector:
+    return a[0] * b[0], a[1] * b[1], a[2] * b[2]

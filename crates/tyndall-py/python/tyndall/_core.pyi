@@ -97,5 +97,8 @@ def write_vdb(
     values: npt.NDArray[np.float32],
     voxel_size: float = 1.0,
     origin: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    *,
+    level_set: bool = False,
+    background: float = 0.0,
 ) -> None: ...
 def read_vdb_info(path: str | PathLike[str]) -> list[dict[str, Any]]: ...

@@ -11,7 +11,7 @@ use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::{Vec2, Vec3A};
-use tyndall_math::{Ray, Rgb, SplitPoint};
+use tyndall_math::{Ray, Rgb};
 use tyndall_shading::{LightSet, Receiver};
 use tyndall_volume::{Span, collision_density, scattering_at, transmittance};
 
@@ -139,7 +139,7 @@ impl Path<'_> {
         else {
             return;
         };
-        let point = SplitPoint::on(ray, self.low, f64::from(t));
+        let point = self.point_in_medium(ray, f64::from(t));
         let position = point.high;
         let Some(sample) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
         let vertex = GuidedVertex::new(self, Vertex::Medium { point, travel: ray.direction, phase });

@@ -4,7 +4,7 @@ use super::guided::{GuidedVertex, NextDirection};
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
 use crate::world::{ShadingBuffer, SurfaceHit};
-use tyndall_math::{Ray, Rgb, SplitPoint, mean_component};
+use tyndall_math::{Ray, Rgb, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
@@ -23,7 +23,7 @@ impl Path<'_> {
             return false;
         }
         let travel = self.ray.direction;
-        let point = SplitPoint::on(&self.ray, self.low, t);
+        let point = self.point_in_medium(&self.ray, t);
         self.scatter_at::<MEDIA>(Vertex::Medium { point, travel, phase }, scratch, statistics)
     }
 
@@ -89,6 +89,16 @@ impl Path<'_> {
         self.throughput *= next.weight;
         self.leave(&vertex.vertex, &next);
         true
+    }
+
+    /// The point at `t` on `ray`, which begins where the path is.
+    #[inline]
+    pub(super) fn point_in_medium(&self, ray: &Ray, t: f64) -> SplitPoint {
+        if self.world.has_dense_media() {
+            SplitPoint::on(ray, self.low, t)
+        } else {
+            SplitPoint { high: ray.at(t as f32), low: Vec3A::ZERO }
+        }
     }
 
     /// Counts a scattering event unless the path has had all it may.

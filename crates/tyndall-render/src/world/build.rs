@@ -77,6 +77,7 @@ impl World {
         let BuildContext { cache, mut diagnostics, .. } = context;
         cache.meshes.drop_unused();
         cache.grids.drop_unused();
+        cache.colors.drop_unused();
         let infinite_lights: Vec<usize> =
             (0..lights.lights.len()).filter(|&i| lights.lights[i].is_infinite()).collect();
         let materials = materials.finish();

@@ -3,17 +3,25 @@
 use super::surfaces::SurfaceMesh;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
-use tyndall_scene::PrimPath;
 use tyndall_scene::prim::{FieldSource, Mesh, Shape};
-use tyndall_vdb::Grid;
-use tyndall_volume::{BrickGrid, GridReport};
+use tyndall_scene::{FieldGrid, PrimPath};
+use tyndall_volume::{BrickGrid, ColorGrid, GridReport};
 
 /// Built content by prim, with what it was built from: an entry is used again only if that is equal, so the cache can
 /// never make a picture stale. Entries that a build does not use are dropped at its end.
 #[derive(Default)]
 pub struct WorldCache {
     pub(super) meshes: Kept<PrimPath, MeshSource, SurfaceMesh>,
-    pub(super) grids: Kept<PrimPath, GridSource, (Arc<BrickGrid>, GridReport)>,
+    pub(super) grids: Kept<PrimPath, GridSource, BuiltGrid>,
+    pub(super) colors: Kept<PrimPath, GridSource, (Arc<ColorGrid>, GridReport)>,
+}
+
+/// A field as a density.
+pub(super) struct BuiltGrid {
+    pub(super) grid: Arc<BrickGrid>,
+    pub(super) report: GridReport,
+    /// Nothing but its values says that they are distances.
+    pub(super) is_guess: bool,
 }
 
 /// What a surface is made from.
@@ -48,7 +56,7 @@ fn is_same_geometry(a: &Mesh, b: &Mesh) -> bool {
 
 /// What a brick grid is made from: the decoded file (by identity; the loader decodes a changed file anew), or numbers.
 pub(super) enum GridSource {
-    File(Arc<Grid>),
+    File(Arc<FieldGrid>),
     Dense(FieldSource),
 }
 

@@ -1,6 +1,7 @@
 //! Participating media and the boundaries that hold them.
 
 mod parts;
+mod roles;
 
 use super::context::BuildContext;
 use super::grids::{self, LoadedField};
@@ -8,24 +9,29 @@ use super::materials::Materials;
 use super::placements::{camera_relative, is_invertible, relative_to};
 use super::surfaces::{ShapeOfSurface, SurfaceMesh};
 use glam::{DAffine3, DVec3, Vec3A};
-use parts::{Part, homogeneous, parts};
+use parts::{Part, PartTint, homogeneous, parts};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use tyndall_geometry::{Boundaries, BoundaryShape};
 use tyndall_math::Rgb;
 use tyndall_scene::PrimPath;
 use tyndall_scene::prim;
 use tyndall_shading::{PhaseModel, VolumeMaterial};
-use tyndall_volume::{BrickGrid, GridDensity, Medium};
+use tyndall_volume::{BrickGrid, ColorGrid, GridDensity, Medium, Tint};
 
 /// Single-scattering albedo of a volume without a material: smoke that is neither black nor white, in agreement with
 /// what a grey card reflects. A diagnostic says so.
 const UNBOUND_ALBEDO: f32 = 0.5;
+
+/// Optical depths below this cannot be seen.
+const VISIBLE_DEPTH: f32 = 1e-4;
 
 /// The media of a world; medium `i` fills boundary `i`.
 pub(super) struct Media {
     list: Vec<Medium>,
     boundaries: Boundaries,
     bounds: Option<(Vec3A, Vec3A)>,
+    is_dense: bool,
     grid_bytes: usize,
 }
 
@@ -47,6 +53,12 @@ impl Media {
         self.bounds
     }
 
+    /// Whether the rounding of positions shows in the optical depth of some medium. Grids don't count: at their edge the
+    /// density begins with 0.
+    pub(super) fn is_dense(&self) -> bool {
+        self.is_dense
+    }
+
     pub(super) fn is_emissive(&self) -> bool {
         self.list.iter().any(Medium::emits)
     }
@@ -62,7 +74,7 @@ pub(super) struct MediaBuilder {
     list: Vec<Medium>,
     shapes: Vec<BoundaryShape>,
     bounds: Option<(Vec3A, Vec3A)>,
-    grids: Vec<Arc<BrickGrid>>,
+    grid_bytes: usize,
 }
 
 impl MediaBuilder {
@@ -135,37 +147,55 @@ impl MediaBuilder {
             self.shapes.push(BoundaryShape::Unbounded);
             return;
         }
-        let parts = parts(&material);
+        let mut parts = parts(&material);
+        if !has_all_fields(path, volume, &mut parts, context) {
+            return;
+        }
+        roles::assign(path, volume, &mut parts, context);
         let extent = volume_extent(&parts, volume);
-        let Some(wanted) = wanted_fields(path, volume, &parts, context) else { return };
+        let colors = load_tints(path, volume, &parts, context);
         let instances = context.placements.of(
             path,
             DAffine3::IDENTITY,
             volume.instancer.as_ref(),
             &mut context.diagnostics,
         );
-        for (name, field) in wanted {
-            let Some(loaded) = grids::load(path, field, context) else { continue };
+        for (name, field) in &volume.fields {
+            let of_field: Vec<&Part> =
+                parts.iter().filter(|part| part.field.as_ref().unwrap_or(&extent) == name).collect();
+            if of_field.is_empty() {
+                continue;
+            }
+            let Some(loaded) = grids::load_density(path, field, context) else { continue };
             for world_from_instance in &instances {
-                let world_from_index = *world_from_instance * loaded.world_from_index;
-                if !is_invertible(&world_from_index) {
-                    let what = "its transform is singular or not finite";
-                    context.diagnostics.warn(field, what, "the volume is drawn without this field");
-                    continue;
-                }
-                let world_from_index = relative_to(world_from_index, DVec3::ZERO, context.origin);
-                for part in &parts {
-                    if part.field.as_ref().unwrap_or(&extent) == name {
-                        self.place(&loaded, world_from_index, part);
+                let place = |world_from_index: DAffine3, field: &PrimPath, context: &mut BuildContext| {
+                    placed(*world_from_instance * world_from_index, field, context)
+                };
+                let Some(world_from_index) = place(loaded.world_from_index, field, context) else { continue };
+                for part in &of_field {
+                    let tint = part.tint.as_ref().and_then(|tint| {
+                        let (field, colors) = colors.get(&tint.field)?;
+                        let world_from_index = place(colors.world_from_index, field, context)?;
+                        Some(tint_of(part, tint, colors, world_from_index, field, context))
+                    });
+                    if part.tint.is_some() == tint.is_some() {
+                        self.place(&loaded, world_from_index, part, tint);
                     }
                 }
             }
-            self.grids.push(loaded.grid);
+            self.grid_bytes += loaded.grid.memory_bytes();
         }
+        self.grid_bytes += colors.values().map(|(_, colors)| colors.grid.memory_bytes()).sum::<usize>();
     }
 
     /// Adds `part` inside the box of a grid, with the grid as its density if it has a field.
-    fn place(&mut self, loaded: &LoadedField, world_from_index: DAffine3, part: &Part) {
+    fn place(
+        &mut self,
+        loaded: &LoadedField<BrickGrid>,
+        world_from_index: DAffine3,
+        part: &Part,
+        tint: Option<Tint>,
+    ) {
         let Some([min, max]) = loaded.grid.bounds() else { return };
         let (center, half) = ((min + max).as_dvec3() * 0.5, (max - min).as_dvec3() * 0.5);
         let world_from_box =
@@ -175,13 +205,17 @@ impl MediaBuilder {
             grid: Arc::clone(&loaded.grid),
             index_from_world: world_from_index.inverse().as_affine3a(),
         });
-        self.list.push(Medium { density, ..part.medium.clone() });
+        self.list.push(Medium { density, tint, ..part.medium.clone() });
         self.shapes.push(BoundaryShape::Box { world_from_box });
     }
 
     pub(super) fn finish(self) -> Media {
-        let grid_bytes = self.grids.iter().map(|g| g.memory_bytes()).sum();
-        Media { list: self.list, boundaries: Boundaries::build(self.shapes), bounds: self.bounds, grid_bytes }
+        let Self { list, shapes, bounds, grid_bytes } = self;
+        let reach = bounds.map_or(0.0, |(min, max)| min.abs().max(max.abs()).max_element());
+        let densest =
+            list.iter().filter(|m| m.density.is_none()).map(|m| m.coefficients().sigma_t.max_element());
+        let is_dense = densest.fold(0.0, f32::max) * reach * f32::EPSILON > VISIBLE_DEPTH;
+        Media { list, boundaries: Boundaries::build(shapes), bounds, is_dense, grid_bytes }
     }
 
     fn grow(&mut self, points: [Vec3A; 8]) {
@@ -192,32 +226,92 @@ impl MediaBuilder {
     }
 }
 
-/// Names and prims of the fields that the parts need, each once; `None`, with a message, if the density is missing.
-fn wanted_fields<'a>(
+/// Whether the volume has the fields that its extinction needs. Messages name what is missing; emission that lacks a
+/// field is left out.
+fn has_all_fields(
     path: &PrimPath,
-    volume: &'a prim::Volume,
-    parts: &[Part],
+    volume: &prim::Volume,
+    parts: &mut Vec<Part>,
     context: &mut BuildContext,
-) -> Option<Vec<&'a (String, PrimPath)>> {
+) -> bool {
     let extent = volume_extent(parts, volume);
-    let mut wanted: Vec<&(String, PrimPath)> = Vec::new();
-    for part in parts {
+    let mut is_drawn = true;
+    parts.retain(|part| {
         if part.field.is_none() {
             report_constant(path, part, &extent, context);
         }
-        let name = part.field.as_ref().unwrap_or(&extent);
-        match volume.fields.iter().find(|(known, _)| known == name) {
-            Some(field) if wanted.iter().any(|(known, _)| *known == field.0) => {}
-            Some(field) => wanted.push(field),
-            None => {
-                report_missing(path, volume, name, part, context);
-                if part.has_extinction() {
-                    return None;
-                }
-            }
+        let missing = part.fields().find(|name| field_of(volume, name).is_none());
+        if let Some(name) = missing {
+            report_missing(path, volume, name, part, context);
+            is_drawn &= !part.has_extinction();
+        }
+        missing.is_none()
+    });
+    is_drawn
+}
+
+fn field_of<'a>(volume: &'a prim::Volume, name: &str) -> Option<&'a PrimPath> {
+    volume.fields.iter().find(|(known, _)| known == name).map(|(_, field)| field)
+}
+
+/// The colours that the parts need, each loaded once.
+fn load_tints(
+    path: &PrimPath,
+    volume: &prim::Volume,
+    parts: &[Part],
+    context: &mut BuildContext,
+) -> BTreeMap<String, (PrimPath, LoadedField<ColorGrid>)> {
+    let mut colors = BTreeMap::new();
+    for name in parts.iter().filter_map(|part| part.tint.as_ref()).map(|tint| &tint.field) {
+        if !colors.contains_key(name)
+            && let Some(field) = field_of(volume, name)
+            && let Some(loaded) = grids::load_colors(path, field, context)
+        {
+            colors.insert(name.clone(), (field.clone(), loaded));
         }
     }
-    Some(wanted)
+    colors
+}
+
+/// A grid's place in the camera-relative world; `None`, with a message, if there is none.
+fn placed(world_from_index: DAffine3, field: &PrimPath, context: &mut BuildContext) -> Option<DAffine3> {
+    if is_invertible(&world_from_index) {
+        return Some(relative_to(world_from_index, DVec3::ZERO, context.origin));
+    }
+    let what = "its transform is singular or not finite";
+    context.diagnostics.warn(field, what, "the volume is drawn without this field");
+    None
+}
+
+/// The tint of `part`. An albedo is cut at 1.
+fn tint_of(
+    part: &Part,
+    tint: &PartTint,
+    colors: &LoadedField<ColorGrid>,
+    world_from_index: DAffine3,
+    field: &PrimPath,
+    context: &mut BuildContext,
+) -> Tint {
+    let brightest = if tint.is_relative { 1.0 } else { colors.grid.max_component() };
+    let least_zero = |base: Rgb, factor: Rgb| {
+        let falls = factor.cmplt(Rgb::ZERO);
+        Rgb::select(falls, base / -factor, Rgb::INFINITY).min_element()
+    };
+    let limit =
+        least_zero(part.medium.sigma_a, tint.sigma_a).min(least_zero(part.medium.sigma_s, tint.sigma_s));
+    if brightest > limit * 1.0001 {
+        let what = format!("its values up to {brightest} are used as an albedo");
+        context.diagnostics.warn(field, what, format!("they are cut at {limit}"));
+    }
+    Tint {
+        grid: Arc::clone(&colors.grid),
+        index_from_world: world_from_index.inverse().as_affine3a(),
+        is_relative: tint.is_relative,
+        sigma_a: tint.sigma_a,
+        sigma_s: tint.sigma_s,
+        glow: tint.glow,
+        most: brightest.min(limit),
+    }
 }
 
 /// The field whose box holds what has no field: the first that the material reads, or the volume's first.
@@ -279,6 +373,7 @@ fn volume_material(
         sigma_a: Rgb::splat(1.0 - UNBOUND_ALBEDO),
         sigma_s: Rgb::splat(UNBOUND_ALBEDO),
         density_field: Some(name.clone()),
+        tint: None,
         phase: PhaseModel::lobe(0.0),
         emission: Vec::new(),
     })

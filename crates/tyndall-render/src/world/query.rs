@@ -80,12 +80,18 @@ impl World {
         let t = end.t();
         match end {
             SegmentEnd::Surface(hit) if t < NEAR * low.abs().max_element() => {
-                let normal = self.surfaces.accel().surface_point(ray, &hit.0).geometric_normal;
-                let shift = low.dot(normal) / ray.direction.dot(normal);
-                if shift.is_finite() { (t - shift).max(0.0) } else { t }
+                self.near_distance(hit, ray, low)
             }
             _ => t,
         }
+    }
+
+    /// Distance of the plane of a surface.
+    #[cold]
+    fn near_distance(&self, hit: &SurfaceHit, ray: &Ray, low: Vec3A) -> f32 {
+        let normal = self.surfaces.accel().surface_point(ray, &hit.0).geometric_normal;
+        let shift = low.dot(normal) / ray.direction.dot(normal);
+        if shift.is_finite() { (hit.t() - shift).max(0.0) } else { hit.t() }
     }
 
     /// Fills `scratch.spans` with the parts of the ray inside media; `low` is what rounding took from its origin.

@@ -1,14 +1,17 @@
-//! Media: `volume` nodes whose coefficients are constants, or constants times one field.
+//! Media: `volume` nodes whose coefficients are constants, times a field, times a second field of colours.
 
+mod coefficients;
 mod phase;
 mod terms;
 
+pub use coefficients::VolumeTint;
 pub use phase::PhaseModel;
 pub use terms::{EmissionSource, EmissionTerm};
 
 use super::compiler::reachable;
 use crate::KindSpec;
 use crate::kind::{POSITIVE, ParamSpec, UNIT};
+use coefficients::Coefficients;
 use terms::{Scale, Term, Terms, VolumeCompiler};
 use tyndall_math::Rgb;
 use tyndall_scene::prim::Material;
@@ -18,21 +21,21 @@ const COSINE: [f32; 2] = [-1.0, 1.0];
 
 pub(super) const KIND: KindSpec = KindSpec {
     name: "volume",
-    doc: "A medium: coefficients are constants, or constants times a field.",
+    doc: "A medium: coefficients are constants, times a field, times a second field (colours).",
     params: &[
         ParamSpec::vector(
             "absorption",
             [0.0; 3],
             POSITIVE,
             "1 / stage unit",
-            "sigma_a; times density if a field.",
+            "sigma_a; times density and colour if fields.",
         ),
         ParamSpec::vector(
             "scattering",
             [0.0; 3],
             POSITIVE,
             "1 / stage unit",
-            "sigma_s; times density if a field.",
+            "sigma_s; times density and colour if fields.",
         ),
         ParamSpec::text("phase", phase::LOBES, phase::CHOICES, "Where scattered light goes."),
         ParamSpec::float("anisotropy", 0.0, COSINE, "", "Mean cosine g; positive is forward."),
@@ -79,6 +82,8 @@ pub struct VolumeMaterial {
     pub sigma_s: Rgb,
     /// The field that scales both coefficients; `None` is 1 everywhere.
     pub density_field: Option<String>,
+    /// What a second field adds, which may hold colours.
+    pub tint: Option<VolumeTint>,
     /// Where scattered light goes.
     pub phase: PhaseModel,
     /// Emitted radiance per length, to be added up.
@@ -118,36 +123,9 @@ pub(super) fn compile(
 impl VolumeCompiler<'_> {
     fn volume(&mut self, index: usize) -> VolumeMaterial {
         self.report_unknown(index, &KIND);
-        let (sigma_a, field_a) = self.coefficient(index, "absorption");
-        let (sigma_s, field_s) = self.coefficient(index, "scattering");
-        let density_field = field_s.clone().or(field_a.clone());
-        let are_together = field_a == field_s
-            || (sigma_a == Rgb::ZERO && field_a.is_none())
-            || (sigma_s == Rgb::ZERO && field_s.is_none());
-        if !are_together {
-            let what = format!(
-                "node {index} (volume): absorption and scattering vary with different fields ({} and {})",
-                field_a.as_deref().unwrap_or("none"),
-                field_s.as_deref().unwrap_or("none"),
-            );
-            self.warn(
-                what,
-                "one field must scale both: that of scattering, or the only one, was used for both",
-            );
-        }
+        let Coefficients { sigma_a, sigma_s, density_field, tint } = self.coefficients(index);
         let phase = self.phase(index);
-        VolumeMaterial { sigma_a, sigma_s, density_field, phase, emission: self.emission(index) }
-    }
-
-    /// A coefficient: a constant, or a constant times a field.
-    fn coefficient(&mut self, index: usize, name: &str) -> (Rgb, Option<String>) {
-        let term = self.single(index, name);
-        let color = self.non_negative(index, name, term.factor);
-        let field = match term.scale {
-            Scale::Field(field) if color != Rgb::ZERO => Some(field),
-            _ => None,
-        };
-        (color, field)
+        VolumeMaterial { sigma_a, sigma_s, density_field, tint, phase, emission: self.emission(index) }
     }
 
     /// The `emission` input and the black body.

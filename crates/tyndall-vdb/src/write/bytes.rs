@@ -92,7 +92,11 @@ fn metadata<T: Stored>(grid: &Grid<T>, compression: WriteCompression) -> Vec<(St
     // OpenVDB's box of a grid without active voxels: from the highest to the lowest coordinate.
     let (low, high) = grid.active_bounds().unwrap_or(([i32::MAX; 3], [i32::MIN; 3]));
     let count = i64::try_from(grid.active_voxel_count()).unwrap_or(i64::MAX);
-    let class = if grid.class == GridClass::Staggered { "staggered" } else { "fog volume" };
+    let class = match grid.class {
+        GridClass::Staggered => "staggered",
+        GridClass::LevelSet => "level set",
+        GridClass::Unknown | GridClass::FogVolume => "fog volume",
+    };
     let derived = [
         ("class", MetaValue::String(class.to_owned())),
         ("file_bbox_max", MetaValue::Vec3i(high)),

@@ -68,6 +68,7 @@ impl Run {
             emission: Emission::Glow(Rgb::ZERO),
             phase: PhaseMix::single(Phase::Isotropic(Isotropic)),
             density: Some(density.clone()),
+            tint: None,
         };
         let (walks, shadows) = (WalkStats::default(), WalkStats::default());
         let (rng, times) = (Pcg::new(&[3]), Default::default());

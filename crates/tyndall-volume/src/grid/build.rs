@@ -55,11 +55,14 @@ impl BrickGrid {
         Self::build_as(voxels, Reading::Density)
     }
 
-    /// Builds the interior of a level set (signed distance, negative inside): density is 1 at voxels inside and 0 at
-    /// the others, and falls from one to the other over one voxel across the surface. Tiles and inactive voxels
-    /// must be given where they are inside.
-    pub fn build_interior(voxels: &SparseVoxels<'_>) -> (Self, GridReport) {
-        Self::build_as(voxels, Reading::Interior)
+    /// Builds the interior of a level set (signed distance, negative inside): density is 1 inside and 0 outside, and
+    /// falls from one to the other over one voxel, linearly across the surface. Tiles and inactive voxels must be
+    /// given where they are inside. `voxel_size` is in the unit of the distances.
+    pub fn build_interior(voxels: &SparseVoxels<'_>, voxel_size: f32) -> (Self, GridReport) {
+        let per_voxel = voxel_size.recip();
+        // Without a usable size the surface is a step.
+        let per_voxel = if per_voxel > 0.0 && per_voxel.is_finite() { per_voxel } else { f32::MAX };
+        Self::build_as(voxels, Reading::Interior { per_voxel })
     }
 
     fn build_as(voxels: &SparseVoxels<'_>, reading: Reading) -> (Self, GridReport) {

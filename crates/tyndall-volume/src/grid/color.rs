@@ -15,6 +15,7 @@ pub struct ColorGrid {
     pool: Vec<[f32; 3]>,
     /// Lowest and highest cell that is not black, inclusive; `None` if there is none.
     cells: Option<[IVec3; 2]>,
+    max: f32,
 }
 
 impl ColorGrid {
@@ -43,14 +44,20 @@ impl ColorGrid {
             add_tile(origin, edge, brick, largest(color), &mut sources, &mut report);
         }
         pool.colors.shrink_to_fit();
+        let max = sources.iter().fold(0f32, |m, source| m.max(source.extrema[0].max));
         let (table, cells) = build_table(&sources);
         report.is_sparse = matches!(table, Table::Tree(_));
-        (Self { table, pool: pool.colors, cells }, report)
+        (Self { table, pool: pool.colors, cells, max }, report)
     }
 
     /// Whether all is black.
     pub fn is_empty(&self) -> bool {
         self.cells.is_none()
+    }
+
+    /// Largest component.
+    pub fn max_component(&self) -> f32 {
+        self.max
     }
 
     /// Trilinear colour at `p_index` (voxel centres at integers); black outside and for NaN.

@@ -17,8 +17,12 @@ pub struct SparseVoxels<'a, T = f32> {
 pub(super) enum Reading {
     /// It is one.
     Density,
-    /// It is a signed distance: density is 1 where it is negative, else 0.
-    Interior,
+    /// It is a signed distance. Density is 1 inside and falls to 0 across the surface, linearly over one voxel: the
+    /// part of a voxel that is inside, for a flat surface along the axes.
+    Interior {
+        /// 1 / voxel size, in the distance's unit.
+        per_voxel: f32,
+    },
 }
 
 /// What the build found. Counts are voxels (of colours, components), a tile counting once.
@@ -48,11 +52,11 @@ impl GridReport {
     pub(super) fn read(&mut self, reading: Reading, value: f32) -> f32 {
         match reading {
             Reading::Density => self.clean(value),
-            Reading::Interior if value < 0.0 => 1.0,
-            Reading::Interior => {
-                self.nan_count += u64::from(value.is_nan());
+            Reading::Interior { .. } if value.is_nan() => {
+                self.nan_count += 1;
                 0.0
             }
+            Reading::Interior { per_voxel } => (0.5 - value * per_voxel).clamp(0.0, 1.0),
         }
     }
 

@@ -221,7 +221,7 @@ fn uniform_colors_share_a_brick() {
 }
 
 #[test]
-fn level_sets_become_interior_masks() {
+fn level_sets_become_their_interior() {
     let centre = Vec3A::new(9.3, 8.1, 7.7);
     let distance = |v: IVec3| (v.as_vec3a() - centre).length() - 6.0;
     // What a level set file holds: distances cut to a narrow band, a tile inside.
@@ -231,16 +231,16 @@ fn level_sets_become_interior_masks() {
     let borrowed = leaves.iter().map(|(origin, values)| (*origin, &values[..])).collect();
     let tiles = vec![([128, 0, 0], 128, -2.0), ([256, 0, 0], 128, 2.0)];
     let (grid, report) =
-        BrickGrid::build_interior(&SparseVoxels { leaves: borrowed, tiles, background: 2.0 });
-    let mask =
-        DenseGrid::from_fn(IVec3::splat(0), IVec3::splat(24), |v| f32::from(u8::from(distance(v) < 0.0)));
-    assert_same(&mask, &grid, Vec3A::ZERO, Vec3A::splat(24.0), 5);
+        BrickGrid::build_interior(&SparseVoxels { leaves: borrowed, tiles, background: 2.0 }, 1.0);
+    let inside =
+        DenseGrid::from_fn(IVec3::splat(0), IVec3::splat(24), |v| (0.5 - distance(v)).clamp(0.0, 1.0));
+    assert_same(&inside, &grid, Vec3A::ZERO, Vec3A::splat(24.0), 5);
     assert_eq!((report.nan_count, report.negative_count, report.nonzero_background), (1, 0, false));
     assert_eq!((grid.density(centre), grid.max_density()), (1.0, 1.0));
     assert_eq!(grid.density(Vec3A::new(190.5, 60.0, 60.0)), 1.0);
     assert_eq!(grid.density(Vec3A::new(300.0, 60.0, 60.0)), 0.0);
     assert!(
-        BrickGrid::build_interior(&SparseVoxels { background: -1.0, ..Default::default() })
+        BrickGrid::build_interior(&SparseVoxels { background: -1.0, ..Default::default() }, 1.0)
             .1
             .nonzero_background
     );

@@ -3,7 +3,9 @@
 use super::*;
 use crate::grid::DenseGrid;
 use crate::oracle;
-use crate::testing::{RgbMean, cloud, homogeneous, placement, with_grid};
+use crate::testing::{
+    RgbMean, albedo_tint, cloud, dye_tint, glow_tint, homogeneous, placement, relative_tint, with_grid,
+};
 use crate::{BrickGrid, SparseVoxels};
 use glam::{Affine3A, IVec3, Vec3A};
 
@@ -49,6 +51,17 @@ fn overlapping_homogeneous_media_multiply() {
     let got = transmittance(&media, &spans, &along_x(6.0), &mut Pcg::new(&[1]), &mut WalkStats::default());
     for (c, depth) in [2.6 + 1.5, 2.6 + 3.0, 2.6].into_iter().enumerate() {
         assert!((got[c] - (-depth as f32).exp()).abs() < 1e-7);
+    }
+}
+
+#[test]
+fn colours_that_vary_are_unbiased_per_channel() {
+    for role in [albedo_tint, dye_tint, glow_tint, relative_tint] {
+        let (medium, ray) = role();
+        let media = [medium, homogeneous(Rgb::ZERO, Rgb::new(0.2, 0.1, 0.0))];
+        let spans = [span(0.0, f32::INFINITY, 0), span(0.1, 0.7, 1)];
+        let (mean, _) = mean(&media, &spans, &ray, 100_000);
+        mean.assert_near(oracle::transmittance(&media, &spans, &ray, 60_000), "transmittance");
     }
 }
 

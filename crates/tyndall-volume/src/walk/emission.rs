@@ -62,6 +62,28 @@ pub(super) fn gather(
     view.seen
 }
 
+/// `through` times an unbiased estimate of the transmittance of one span, whose extinction may be anything.
+pub(crate) fn attenuate_by_candidates(
+    media: &[Medium],
+    span: &Span,
+    ray: &Ray,
+    through: Rgb,
+    rng: &mut Pcg,
+    stats: &mut WalkStats,
+) -> Rgb {
+    let mut segment = Segment::new(media, std::slice::from_ref(span), ray);
+    let to_candidate = f64::from(rng.next_exponential());
+    let mut view = View { through, seen: Rgb::ZERO, to_point: 0.0, to_candidate, n: 0 };
+    while let Some(cell) = segment.next_cell() {
+        view.cross(&mut segment, &cell, rng, stats);
+        if view.through == Rgb::ZERO {
+            break;
+        }
+    }
+    stats.candidates += u64::from(view.n);
+    view.through
+}
+
 /// The way of light back to the ray's origin, while it is followed.
 struct View {
     /// Unbiased estimate of the transmittance up to here.

@@ -18,10 +18,11 @@ pub(super) fn sample_one(present: &Present<'_>, rng: &mut Pcg) -> Walk {
         return Walk::pass(attenuation(c.sigma_t, (t1 - t0) as f32));
     }
     let (tau, sigma_t) = (exponential(rng), c.sigma_t.x);
-    let t = t0 + f64::from(tau) / f64::from(sigma_t);
-    if t >= t1 {
+    if tau >= sigma_t * (t1 - t0) as f32 {
         return Walk::pass(Rgb::ONE);
     }
+    // `tau < sigma_t * (t1 - t0)` does not quite imply `t < t1`.
+    let t = (t0 + f64::from(tau / sigma_t)).min(t1);
     let event = Event::Scatter { t, phase: present.medium.phase };
     Walk::scatter(event, c.albedo())
 }

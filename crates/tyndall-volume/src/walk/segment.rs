@@ -2,7 +2,7 @@
 
 use super::Present;
 use crate::majorant::{GridStep, GridWalk};
-use crate::medium::{Coefficients, Emission, Medium, Span};
+use crate::medium::{Coefficients, Emission, Medium, Span, usable};
 use crate::phase::{Isotropic, MAX_LOBES, Phase, PhaseMix};
 use arrayvec::ArrayVec;
 use glam::Vec3A;
@@ -14,16 +14,18 @@ const INLINE: usize = 8;
 
 /// One medium along the ray.
 struct Track<'a> {
+    medium: &'a Medium,
+    /// At density 1; with a tint, upper bounds.
     coefficients: Coefficients,
-    emission: Emission,
-    phase: &'a PhaseMix,
+    /// `None` where emission is not asked for, or there is none.
+    emission: Option<Emission>,
     /// The homogeneous span, or the current step of the grid.
     t0: f64,
     t1: f64,
     grid: Option<(GridWalk<'a>, Option<GridStep>)>,
     is_active: bool,
-    /// At the point last asked for; 1 for homogeneous media.
-    density: f32,
+    /// Scattering at the point last asked for.
+    sigma_s: Rgb,
 }
 
 #[allow(clippy::large_enum_variant, reason = "the large variant is the common one: no allocation")]
@@ -69,6 +71,7 @@ impl Cell {
 /// The media along a ray up to its end, visited front to back.
 pub struct Segment<'a> {
     tracks: Tracks<'a>,
+    ray: Ray,
     t: f64,
     is_homogeneous: bool,
 }
@@ -77,22 +80,23 @@ impl<'a> Segment<'a> {
     /// The segment of `ray` through `spans`, which may overlap and come in any order. Media that only emit are left out:
     /// light does not collide with them.
     pub fn new(media: &'a [Medium], spans: &[Span], ray: &Ray) -> Self {
-        Self::of(spans.iter().filter_map(|span| Track::colliding(media, span, ray)))
+        Self::of(ray, spans.iter().filter_map(|span| Track::colliding(media, span, ray)))
     }
 
     /// The same from `t` on, without the spans that begin further on: for the media at that point.
     pub(crate) fn at(media: &'a [Medium], spans: &[Span], ray: &Ray, t: f64) -> Self {
         let here = spans.iter().filter(|span| span.t0 <= t && t < span.t1);
-        Self::of(here.filter_map(|span| Track::colliding(media, &Span { t0: t, ..*span }, ray)))
+        Self::of(ray, here.filter_map(|span| Track::colliding(media, &Span { t0: t, ..*span }, ray)))
     }
 
     /// The same with the media that only emit.
     pub(super) fn with_emission(media: &'a [Medium], spans: &[Span], ray: &Ray) -> Self {
-        Self::of(spans.iter().filter_map(|span| Track::shining(media, span, ray)))
+        Self::of(ray, spans.iter().filter_map(|span| Track::shining(media, span, ray)))
     }
 
-    fn of(all: impl Iterator<Item = Track<'a>>) -> Self {
-        let mut segment = Self { tracks: Tracks::Inline(ArrayVec::new()), t: 0.0, is_homogeneous: true };
+    fn of(ray: &Ray, all: impl Iterator<Item = Track<'a>>) -> Self {
+        let tracks = Tracks::Inline(ArrayVec::new());
+        let mut segment = Self { tracks, ray: *ray, t: 0.0, is_homogeneous: true };
         for track in all {
             segment.is_homogeneous &= track.grid.is_none();
             segment.tracks.push(track);
@@ -130,8 +134,13 @@ impl<'a> Segment<'a> {
         let mut sum = cell.homogeneous;
         for track in self.tracks.as_mut_slice().iter_mut().filter(|track| track.is_active) {
             if let Some((walk, Some(step))) = &track.grid {
-                track.density = walk.density(step, t as f32);
-                sum.add_scaled(&track.coefficients, track.density);
+                let density = walk.density(step, t as f32);
+                let here = match &track.medium.tint {
+                    None => track.coefficients,
+                    Some(tint) => track.medium.tinted(tint, tint.color(self.ray.at(t as f32), density)),
+                };
+                track.sigma_s = here.sigma_s * density;
+                sum.add_scaled(&here, density);
             }
         }
         sum
@@ -142,9 +151,13 @@ impl<'a> Segment<'a> {
         let mut sum = cell.glow;
         for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
             if let Some((walk, Some(step))) = &track.grid
-                && !track.emission.is_dark()
+                && let Some(emission) = track.emission
             {
-                sum += track.emission.at(walk.density(step, t as f32));
+                let density = walk.density(step, t as f32);
+                sum += emission.at(density);
+                if let Some(tint) = &track.medium.tint {
+                    sum += usable(tint.glow * tint.color(self.ray.at(t as f32), density) * density);
+                }
             }
         }
         sum
@@ -200,17 +213,21 @@ impl<'a> Segment<'a> {
         let mut cell = Cell { t0, t1, ..Cell::default() };
         for track in self.tracks.as_slice().iter().filter(|track| track.is_active) {
             cell.scatters |= track.coefficients.scatters();
-            cell.emits |= !track.emission.is_dark();
+            cell.emits |= track.emission.is_some();
             match &track.grid {
                 Some((walk, Some(step))) => {
                     cell.n_grids += 1;
                     cell.sigma_bar += track.coefficients.sigma_t * step.max;
-                    cell.sigma_min += track.coefficients.sigma_t * step.min;
+                    let least = match &track.medium.tint {
+                        None => track.coefficients.sigma_t,
+                        Some(_) => track.medium.least_extinction(),
+                    };
+                    cell.sigma_min += least * step.min;
                     cell.emission_rate = cell.emission_rate.max(walk.emission_rate());
                 }
                 _ => {
                     cell.homogeneous.add_scaled(&track.coefficients, 1.0);
-                    cell.glow += track.emission.at(1.0);
+                    cell.glow += track.emission.map_or(Rgb::ZERO, |emission| emission.at(1.0));
                 }
             }
         }
@@ -229,22 +246,22 @@ impl<'a> Track<'a> {
     /// The track of a span with extinction, without its emission.
     fn colliding(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
         let Present { medium, coefficients, t } = Present::new(media, span, ray)?;
-        Some(Self::new(medium, coefficients, Emission::NONE, t, ray))
+        Some(Self::new(medium, coefficients, None, t, ray))
     }
 
     /// The track of a span with extinction or emission.
     fn shining(media: &'a [Medium], span: &Span, ray: &Ray) -> Option<Self> {
         let (t, medium) = (span.clipped(ray)?, media.get(span.medium as usize)?);
         let coefficients = medium.coefficients();
-        let emission = medium.emission.usable();
-        let is_seen = !coefficients.is_zero() || !emission.is_dark();
+        let emission = medium.emits().then(|| medium.emission.usable());
+        let is_seen = !coefficients.is_zero() || emission.is_some();
         is_seen.then(|| Self::new(medium, coefficients, emission, t, ray))
     }
 
     fn new(
         medium: &'a Medium,
         coefficients: Coefficients,
-        emission: Emission,
+        emission: Option<Emission>,
         [t0, t1]: [f64; 2],
         ray: &Ray,
     ) -> Self {
@@ -253,8 +270,8 @@ impl<'a> Track<'a> {
         });
         // A grid begins with an empty step, which the first `advance` replaces.
         let t1 = if grid.is_some() { f64::NEG_INFINITY } else { t1 };
-        let phase = &medium.phase;
-        Self { coefficients, emission, phase, t0, t1, grid, is_active: false, density: 1.0 }
+        let sigma_s = coefficients.sigma_s;
+        Self { medium, coefficients, emission, t0, t1, grid, is_active: false, sigma_s }
     }
 
     /// Moves on until the current piece ends behind `t`; at infinity when there is none.
@@ -306,7 +323,7 @@ impl<'a> Tracks<'a> {
     /// Phase functions and scattering coefficients at the point last asked for.
     fn scattering(&self) -> impl Iterator<Item = (&'a PhaseMix, Rgb)> {
         let active = self.as_slice().iter().filter(|track| track.is_active);
-        let scattering = active.map(|track| (track.phase, track.coefficients.sigma_s * track.density));
+        let scattering = active.map(|track| (&track.medium.phase, track.sigma_s));
         scattering.filter(|(_, sigma_s)| *sigma_s != Rgb::ZERO)
     }
 }

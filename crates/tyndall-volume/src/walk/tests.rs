@@ -3,8 +3,10 @@
 use super::*;
 use crate::grid::DenseGrid;
 use crate::oracle;
-use crate::testing::{Mean, RgbMean, cloud, homogeneous, placement, with_grid};
-use crate::{BrickGrid, Emission, Phase, SparseVoxels};
+use crate::testing::{
+    Mean, RgbMean, albedo_tint, cloud, dye_tint, glow_tint, homogeneous, placement, relative_tint, with_grid,
+};
+use crate::{BrickGrid, Emission, Phase, SparseVoxels, Tint};
 use glam::{Affine3A, IVec3, Vec3, Vec3A};
 
 mod resample;
@@ -143,6 +145,29 @@ fn overlapping_homogeneous_media_add() {
     let spans = [span(1.0, 3.0, 0), span(0.2, 1.4, 1), span(1.2, 2.0, 2), span(2.9, 3.5, 1)];
     assert_unbiased(&media, &spans, &along_x(4.0), WHITE, 300_000);
     assert_unbiased(&media, &spans, &along_x(1.9), Rgb::new(1.0, 0.2, 3.0), 300_000);
+}
+
+#[test]
+fn colours_that_vary_are_unbiased_in_every_role() {
+    for role in [albedo_tint, dye_tint, glow_tint, relative_tint] {
+        let (medium, ray) = role();
+        let spans = [span(0.0, f32::INFINITY, 0)];
+        for beta in [WHITE, Rgb::new(0.2, 1.0, 3.0)] {
+            assert_unbiased(std::slice::from_ref(&medium), &spans, &ray, beta, 50_000);
+        }
+        let among_others = [medium, homogeneous(Rgb::splat(0.1), Rgb::new(0.3, 0.0, 0.5))];
+        assert_unbiased(&among_others, &[spans[0], span(0.2, 0.9, 1)], &ray, WHITE, 50_000);
+    }
+}
+
+#[test]
+fn a_colour_above_what_absorption_can_give_is_cut() {
+    let (medium, ray) = albedo_tint();
+    let bright = Medium { sigma_a: medium.sigma_a * 0.4, ..medium.clone() };
+    let tint = medium.tint.map(|tint| Tint { most: 0.4, ..tint });
+    let m =
+        assert_unbiased(&[Medium { tint, ..bright }], &[span(0.0, f32::INFINITY, 0)], &ray, WHITE, 50_000);
+    assert_eq!(m.stats.majorant_violations, 0);
 }
 
 #[test]

@@ -8,24 +8,62 @@ use tyndall_shading::{EmissionSource, PhaseModel, VolumeMaterial};
 use tyndall_volume::phase::{Draine, Rayleigh};
 use tyndall_volume::{Emission, Medium, Phase, PhaseMix};
 
-/// A medium still without its grid.
+/// A medium still without its grids.
 pub(super) struct Part {
     /// The field that is its density; `None` is 1 everywhere.
     pub(super) field: Option<String>,
     pub(super) medium: Medium,
+    /// What a second field adds; only where there is a first.
+    pub(super) tint: Option<PartTint>,
+}
+
+/// A tint still without its grid.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct PartTint {
+    pub(super) field: String,
+    /// The density is the largest component of the same field.
+    pub(super) is_relative: bool,
+    pub(super) sigma_a: Rgb,
+    pub(super) sigma_s: Rgb,
+    pub(super) glow: Rgb,
 }
 
 impl Part {
     /// Something is in the way of light, not only shining.
     pub(super) fn has_extinction(&self) -> bool {
-        !self.medium.coefficients().is_zero()
+        let is_tint = |tint: &PartTint| tint.sigma_a != Rgb::ZERO || tint.sigma_s != Rgb::ZERO;
+        !self.medium.coefficients().is_zero() || self.tint.as_ref().is_some_and(is_tint)
+    }
+
+    /// The names of the fields it reads.
+    pub(super) fn fields(&self) -> impl Iterator<Item = &String> {
+        self.field.iter().chain(self.tint.iter().map(|tint| &tint.field))
+    }
+
+    fn shining(field: Option<String>, emission: Emission) -> Self {
+        let medium = Medium {
+            sigma_a: Rgb::ZERO,
+            sigma_s: Rgb::ZERO,
+            emission,
+            phase: PhaseMix::from(Phase::henyey_greenstein(0.0)),
+            density: None,
+            tint: None,
+        };
+        Self { field, medium, tint: None }
     }
 }
 
 /// The media of `material`. Without extinction and emission there are none.
 pub(super) fn parts(material: &VolumeMaterial) -> Vec<Part> {
     let mut parts = Vec::new();
-    let extinction = Part { field: material.density_field.clone(), medium: dark(material) };
+    let tint = material.tint.as_ref().map(|tint| PartTint {
+        field: tint.field.clone(),
+        is_relative: false,
+        sigma_a: tint.sigma_a,
+        sigma_s: tint.sigma_s,
+        glow: Rgb::ZERO,
+    });
+    let extinction = Part { field: material.density_field.clone(), medium: dark(material), tint };
     if extinction.has_extinction() {
         parts.push(extinction);
     }
@@ -33,6 +71,10 @@ pub(super) fn parts(material: &VolumeMaterial) -> Vec<Part> {
         let (field, emission) = match &term.source {
             EmissionSource::Constant => (None, Emission::Glow(term.color)),
             EmissionSource::Field(field) => (Some(field.clone()), Emission::Glow(term.color)),
+            EmissionSource::Product(a, b) => {
+                add_tinted_emission(&mut parts, [a, b], term.color);
+                continue;
+            }
             EmissionSource::Blackbody { kelvin, field: None } => {
                 (None, Emission::Glow(term.color * blackbody_radiance(*kelvin)))
             }
@@ -57,21 +99,38 @@ fn add_emission(parts: &mut Vec<Part>, field: Option<String>, emission: Emission
             return;
         }
     }
-    let medium = Medium {
-        sigma_a: Rgb::ZERO,
-        sigma_s: Rgb::ZERO,
-        emission,
-        phase: PhaseMix::from(Phase::henyey_greenstein(0.0)),
-        density: None,
+    parts.push(Part::shining(field, emission));
+}
+
+/// Adds emission by the product of two fields to the part that has both, or else to one of its own.
+fn add_tinted_emission(parts: &mut Vec<Part>, [a, b]: [&String; 2], glow: Rgb) {
+    let has = |part: &&mut Part, density: &String, color: &String| {
+        part.field.as_ref() == Some(density) && part.tint.as_ref().is_some_and(|tint| tint.field == *color)
     };
-    parts.push(Part { field, medium });
+    if let Some(part) = parts.iter_mut().find(|part| has(part, a, b) || has(part, b, a))
+        && let Some(tint) = &mut part.tint
+    {
+        tint.glow += glow;
+        return;
+    }
+    let mut part = Part::shining(Some(a.clone()), Emission::NONE);
+    let (field, sigma_a, sigma_s) = (b.clone(), Rgb::ZERO, Rgb::ZERO);
+    part.tint = Some(PartTint { field, is_relative: false, sigma_a, sigma_s, glow });
+    parts.push(part);
 }
 
 /// All of `material` where every field is 1.
 pub(super) fn homogeneous(material: &VolumeMaterial) -> Medium {
     let parts = parts(material);
-    let glow = parts.iter().map(|part| part.medium.emission.at(1.0)).sum();
-    Medium { emission: Emission::Glow(glow), ..dark(material) }
+    let tints = || parts.iter().filter_map(|part| part.tint.as_ref());
+    let glow: Rgb = parts.iter().map(|part| part.medium.emission.at(1.0)).sum();
+    let dark = dark(material);
+    Medium {
+        sigma_a: dark.sigma_a + tints().map(|tint| tint.sigma_a).sum::<Rgb>(),
+        sigma_s: dark.sigma_s + tints().map(|tint| tint.sigma_s).sum::<Rgb>(),
+        emission: Emission::Glow(glow + tints().map(|tint| tint.glow).sum::<Rgb>()),
+        ..dark
+    }
 }
 
 /// The medium without its emission.
@@ -82,6 +141,7 @@ fn dark(material: &VolumeMaterial) -> Medium {
         emission: Emission::NONE,
         phase: phase(material.phase),
         density: None,
+        tint: None,
     }
 }
 
@@ -104,6 +164,7 @@ mod tests {
             sigma_a: Rgb::splat(0.5),
             sigma_s: Rgb::ONE,
             density_field: density.map(str::to_owned),
+            tint: None,
             phase: PhaseModel::lobe(0.5),
             emission,
         }

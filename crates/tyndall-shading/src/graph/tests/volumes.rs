@@ -22,6 +22,7 @@ fn constants_are_homogeneous() {
         sigma_a: Rgb::new(0.1, 0.2, 0.3),
         sigma_s: Rgb::splat(2.0),
         density_field: None,
+        tint: None,
         phase: PhaseModel::lobe(0.7),
         emission: Vec::new(),
     };
@@ -45,6 +46,36 @@ fn products_with_fields() {
     assert_eq!(volume.sigma_a, Rgb::new(1.0, 2.0, 3.0));
     assert_eq!(volume.emission, [term(Rgb::splat(5.0), field("flame"))]);
     assert_eq!(volume.density_field.as_deref(), Some("density"));
+}
+
+/// An albedo that is a field: what it gives to scattering it takes from absorption.
+#[test]
+fn a_second_field_tints_the_first() {
+    let fields = || vec![node("field", []), node("field", [("name", text("Cd"))])];
+    let products = [
+        node("multiply", [("in1", link(1)), ("in2", link(0))]),
+        node("multiply", [("in1", float(2.0)), ("in2", link(2))]),
+        node("multiply", [("in1", float(2.0)), ("in2", link(0))]),
+        node("subtract", [("in1", link(4)), ("in2", link(3))]),
+        node("volume", [("scattering", link(3)), ("absorption", link(5)), ("emission", link(2))]),
+    ];
+    let (volume, messages) = medium(fields().into_iter().chain(products).collect());
+    assert!(messages.is_empty(), "{messages:?}");
+    let volume = volume.expect("a medium");
+    assert_eq!((volume.sigma_a, volume.sigma_s), (Rgb::splat(2.0), Rgb::ZERO));
+    assert_eq!(volume.density_field.as_deref(), Some("density"));
+    let tint = VolumeTint { field: "Cd".to_owned(), sigma_a: Rgb::splat(-2.0), sigma_s: Rgb::splat(2.0) };
+    assert_eq!(volume.tint, Some(tint));
+    assert_eq!(volume.emission[0].source, EmissionSource::Product("Cd".to_owned(), "density".to_owned()));
+
+    // Without the field that is in both, the order decides; less than nothing is cut.
+    let product = node("multiply", [("in1", link(0)), ("in2", link(1))]);
+    let negative = node("multiply", [("in1", float(-1.0)), ("in2", link(2))]);
+    let volume = node("volume", [("scattering", link(2)), ("absorption", link(3))]);
+    let (volume, messages) = medium(fields().into_iter().chain([product, negative, volume]).collect());
+    assert!(messages.len() == 1 && messages[0].contains("absorption"), "{messages:?}");
+    let tint = VolumeTint { field: "Cd".to_owned(), sigma_a: Rgb::ZERO, sigma_s: Rgb::ONE };
+    assert_eq!(volume.expect("a medium").tint, Some(tint));
 }
 
 #[test]
@@ -75,7 +106,8 @@ fn what_is_more_general_is_reported() {
     report(vec![
         node("field", []),
         node("multiply", [("in1", link(0)), ("in2", link(0))]),
-        node("volume", [("scattering", link(1))]),
+        node("multiply", [("in1", link(0)), ("in2", link(1))]),
+        node("volume", [("scattering", link(2))]),
     ]);
     report(vec![
         node("field", []),

@@ -1,4 +1,5 @@
-//! What the inputs of a volume node may be: sums of constants, each times one field or the light of a black body.
+//! What the inputs of a volume node may be: sums of constants, each times one or two fields or the light of a black
+//! body.
 
 use super::KIND;
 use crate::KindSpec;
@@ -23,6 +24,8 @@ pub enum EmissionSource {
     Constant,
     /// A field.
     Field(String),
+    /// Two fields, of which one may hold colours.
+    Product(String, String),
     /// Radiance of a black body ([`tyndall_math::blackbody_radiance`]).
     Blackbody {
         /// Its temperature in kelvin, where the field is 1.
@@ -37,7 +40,7 @@ impl EmissionTerm {
     pub fn field(&self) -> Option<&str> {
         match &self.source {
             EmissionSource::Constant => None,
-            EmissionSource::Field(field) => Some(field),
+            EmissionSource::Field(field) | EmissionSource::Product(field, _) => Some(field),
             EmissionSource::Blackbody { field, .. } => field.as_deref(),
         }
     }
@@ -48,6 +51,8 @@ impl EmissionTerm {
 pub(super) enum Scale {
     One,
     Field(String),
+    /// Of two fields.
+    Product(String, String),
     /// `kelvin` times the field is the temperature.
     Blackbody {
         kelvin: f32,
@@ -60,6 +65,7 @@ impl From<Scale> for EmissionSource {
         match scale {
             Scale::One => Self::Constant,
             Scale::Field(field) => Self::Field(field),
+            Scale::Product(a, b) => Self::Product(a, b),
             Scale::Blackbody { kelvin, field } => Self::Blackbody { kelvin, field },
         }
     }
@@ -75,6 +81,15 @@ pub(super) struct Term {
 impl Term {
     fn constant(factor: [f32; 3]) -> Self {
         Self { factor, scale: Scale::One }
+    }
+
+    fn times(&self, other: &Self) -> Option<Self> {
+        let scale = match (&self.scale, &other.scale) {
+            (Scale::One, scale) | (scale, Scale::One) => scale.clone(),
+            (Scale::Field(a), Scale::Field(b)) => Scale::Product(a.clone(), b.clone()),
+            _ => return None,
+        };
+        Some(Self { factor: std::array::from_fn(|c| self.factor[c] * other.factor[c]), scale })
     }
 }
 
@@ -100,17 +115,15 @@ impl Terms {
         }
     }
 
-    /// The product, of which one side must be a constant.
-    fn times(self, other: Self) -> Option<Self> {
-        let (constant, mut varying) = if self.is_constant() { (self, other) } else { (other, self) };
-        if !constant.is_constant() {
-            return None;
+    /// The product, if it has no term of more than two fields.
+    fn times(&self, other: &Self) -> Option<Self> {
+        let mut product = Self::default();
+        for a in &self.0 {
+            for b in &other.0 {
+                product.extend(Self(vec![a.times(b)?]));
+            }
         }
-        let factor = constant.0.first().map_or([0.0; 3], |term| term.factor);
-        for term in &mut varying.0 {
-            term.factor = std::array::from_fn(|c| term.factor[c] * factor[c]);
-        }
-        Some(varying)
+        Some(product)
     }
 }
 
@@ -154,11 +167,12 @@ impl<'a> VolumeCompiler<'a> {
                 Ok(Terms(vec![Term { factor: [1.0; 3], scale: Scale::Field(self.field_name(index)) }]))
             }
             ("multiply", true) => self.product(index),
-            ("add", true) => self.sum(index),
+            ("add", true) => self.sum(index, 1.0),
+            ("subtract", true) => self.sum(index, -1.0),
             ("channel", true) => self.value(index, "in", [0.0; 3]),
             ("blackbody", true) => self.black_body_of_field(index),
             (kind, true) => Err(format!(
-                "node {index} ({kind}): only sums and products of constants and one field are supported"
+                "node {index} ({kind}): only sums and products of constants and fields are supported"
             )),
             (_, false) => self.constant_node(index),
         }
@@ -182,12 +196,16 @@ impl<'a> VolumeCompiler<'a> {
 
     fn product(&mut self, index: usize) -> Result<Terms, String> {
         let (a, b) = (self.value(index, "in1", [1.0; 3])?, self.value(index, "in2", [1.0; 3])?);
-        a.times(b).ok_or_else(|| format!("node {index} (multiply): a product of two fields is not supported"))
+        let message = "a product of more than two fields, or of a field and a black body, is not supported";
+        a.times(&b).ok_or_else(|| format!("node {index} (multiply): {message}"))
     }
 
-    fn sum(&mut self, index: usize) -> Result<Terms, String> {
+    /// The first input plus `sign` times the second.
+    fn sum(&mut self, index: usize, sign: f32) -> Result<Terms, String> {
         let mut sum = self.value(index, "in1", [0.0; 3])?;
-        sum.extend(self.value(index, "in2", [0.0; 3])?);
+        let mut other = self.value(index, "in2", [0.0; 3])?;
+        other.0.iter_mut().for_each(|term| term.factor = term.factor.map(|x| x * sign));
+        sum.extend(other);
         Ok(sum)
     }
 
@@ -243,7 +261,7 @@ impl VolumeCompiler<'_> {
         }
     }
 
-    fn report(&mut self, index: usize, name: &str, what: &str, action: &str) {
+    pub(super) fn report(&mut self, index: usize, name: &str, what: &str, action: &str) {
         self.warn(format!("node {index} ({}), input {name}: {what}", KIND.name), action);
     }
 
@@ -261,7 +279,7 @@ impl VolumeCompiler<'_> {
         terms.0.retain(|term| term.factor != [0.0; 3]);
         match (terms.0.pop(), terms.0.is_empty()) {
             (None, _) => Term::constant([0.0; 3]),
-            (Some(term), true) if !matches!(term.scale, Scale::Blackbody { .. }) => term,
+            (Some(term), true) if matches!(term.scale, Scale::One | Scale::Field(_)) => term,
             _ => {
                 let what = "only products of constants and one field are supported";
                 self.report(index, name, what, "0 was used");
