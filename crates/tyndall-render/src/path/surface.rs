@@ -4,7 +4,8 @@ use super::guided::{GuidedVertex, NextDirection};
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
 use crate::world::{ShadingBuffer, SurfaceHit};
-use tyndall_math::{Ray, Rgb, mean_component};
+use glam::Vec3A;
+use tyndall_math::{Ray, Rgb, SplitPoint, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
