@@ -128,7 +128,11 @@ fn majorant_scale(moments: &Moments, choice: &Choice) -> f32 {
         Choice::Target(target) => target.target(),
     };
     let depth = -(moments.t / moments.n).ln();
-    if depth > 0.0 && depth.is_finite() { (headroom_depth(depth, predicted) / depth).clamp(SLACK, MAX_SCALE) } else { SLACK }
+    if depth > 0.0 && depth.is_finite() {
+        (headroom_depth(depth, predicted) / depth).clamp(SLACK, MAX_SCALE)
+    } else {
+        SLACK
+    }
 }
 
 /// What paths cost after the choice, in rays: sums over segments of each class.

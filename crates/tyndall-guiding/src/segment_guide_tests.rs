@@ -31,9 +31,8 @@ fn moments(w: f32, lv: f32, ls: f32, spread: f32) -> Moments {
 
 #[test]
 fn auto_tracks_where_both_classes_are_as_bright_and_chooses_where_they_are_not() {
-    let is_tracking = |moments: &Moments| {
-        SegmentGuide::from_moments(moments, Strategy::Auto, &EQUAL_COSTS).is_tracking()
-    };
+    let is_tracking =
+        |moments: &Moments| SegmentGuide::from_moments(moments, Strategy::Auto, &EQUAL_COSTS).is_tracking();
     assert!(is_tracking(&moments(0.5, 1.0, 1.0, 0.5)));
     assert!(is_tracking(&moments(0.02, 1.0, 1.0, 0.1)));
     assert!(!is_tracking(&moments(0.05, 40.0, 1.0, 0.5)));
@@ -74,7 +73,8 @@ fn any_sums_give_probabilities_inside() {
     let absurd = [f32::NAN, f32::INFINITY, -1.0, 0.0, 1e-30, 1e30];
     for a in absurd {
         for b in absurd {
-            let moments = Moments { volume_x2: a, w2: b, surface_x2: b, t2: a, w: b, t: a, n: b, ..Moments::default() };
+            let moments =
+                Moments { volume_x2: a, w2: b, surface_x2: b, t2: a, w: b, t: a, n: b, ..Moments::default() };
             for strategy in [Strategy::Auto, Strategy::Odds, Strategy::Target] {
                 let guide = SegmentGuide::from_moments(&moments, strategy, &ClassCosts::default());
                 let p = guide.select_probability(0.3, 0.7, 2.0);

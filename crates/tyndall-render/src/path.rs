@@ -27,7 +27,6 @@ use equiangular::Rival;
 use glam::{Vec2, Vec3A};
 use lesson::Lesson;
 use record::Recorder;
-use vertex::Vertex;
 use training::Trail;
 use tyndall_guiding::field::{Field, TrainingSample};
 use tyndall_guiding::{EventClass, SegmentGuide};
@@ -35,6 +34,7 @@ use tyndall_math::Ray;
 use tyndall_math::Rgb;
 use tyndall_math::random::{PathSampler, Pcg};
 use tyndall_scene::{PixelFilter, RenderSettings};
+use vertex::Vertex;
 
 /// Traces camera paths through a world.
 pub(crate) struct Integrator<'a> {
@@ -157,14 +157,13 @@ impl<'a> Integrator<'a> {
     pub(crate) fn sample(
         &self,
         pixel: [u32; 2],
-        image_width: u32,
         sample: u64,
         guides: Guides<'_>,
         mut training: Option<&mut Vec<TrainingSample>>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> PathSample {
-        let pixel_id = u64::from(pixel[1]) * u64::from(image_width) + u64::from(pixel[0]);
+        let pixel_id = u64::from(pixel[1]) * u64::from(self.resolution[0]) + u64::from(pixel[0]);
         let mut sampler = PathSampler::new(self.seed, pixel_id, sample);
         let [film_x, film_y, lens_x, lens_y] = sampler.next_4d();
         let offset = sample_offset(self.filter, Vec2::new(film_x, film_y));
@@ -184,7 +183,13 @@ impl<'a> Integrator<'a> {
             sampler,
             ray: camera_ray.ray,
             low: Vec3A::ZERO,
-            origin: Origin { position: camera_ray.ray.origin, pdf: 0.0, is_delta: true, rival: None, vertex: None },
+            origin: Origin {
+                position: camera_ray.ray.origin,
+                pdf: 0.0,
+                is_delta: true,
+                rival: None,
+                vertex: None,
+            },
             throughput: Rgb::ONE,
             scatter_count: 0,
             max_scatter: self.max_scatter,

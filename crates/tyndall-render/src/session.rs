@@ -147,10 +147,9 @@ fn render_pass(
     guide: &RenderGuide,
     control: &Control,
 ) -> (PathStatistics, Vec<TileLessons>) {
-    let image_width = film.width();
     let pixels = u64::from(film.width()) * u64::from(film.height());
     let stride = guide.teaching_stride(pixels * u64::from(target - film.min_samples()));
-    let pass = Pass { integrator, guide, control, image_width, target, stride };
+    let pass = Pass { integrator, guide, control, target, stride };
     let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(|tile| pass.render(tile)).collect();
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
@@ -166,7 +165,6 @@ struct Pass<'a> {
     integrator: &'a Integrator<'a>,
     guide: &'a RenderGuide,
     control: &'a Control,
-    image_width: u32,
     /// Samples of a pixel after the pass.
     target: u32,
     /// Every how many samples one teaches the field.
@@ -191,7 +189,6 @@ impl Pass<'_> {
                 let teaches = self.stride > 0 && number % self.stride == 0;
                 let path = self.integrator.sample(
                     [x, y],
-                    self.image_width,
                     u64::from(sample),
                     told,
                     lessons.as_mut().filter(|_| teaches).map(|lessons| &mut lessons.training),

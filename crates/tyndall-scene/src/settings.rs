@@ -172,7 +172,12 @@ impl RenderSettings {
             &["auto", "odds", "target", "delta"],
             "How the distance to the next scattering is sampled.",
         ),
-        text("guiding", "token", &["auto", "on", "off"], "Whether directions are guided; auto is off in this version."),
+        text(
+            "guiding",
+            "token",
+            &["auto", "on", "off"],
+            "Whether directions are guided; auto is off in this version.",
+        ),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];
 

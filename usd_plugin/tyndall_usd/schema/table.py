@@ -36,5 +36,11 @@ SETTINGS: tuple[Setting, ...] = (
         "How the distance to the next scattering is sampled.",
         ("auto", "odds", "target", "delta"),
     ),
-    Setting("guiding", "token", "auto", "Whether directions are guided; auto is off in this version.", ("auto", "on", "off")),
+    Setting(
+        "guiding",
+        "token",
+        "auto",
+        "Whether directions are guided; auto is off in this version.",
+        ("auto", "on", "off"),
+    ),
 )

@@ -27,8 +27,22 @@ pub(super) fn filter(moments: &[Moments], width: usize) -> Vec<Moments> {
     let mut target = source.clone();
     for level in 0..N_LEVELS {
         let step = 1usize << level;
-        spread(&source, &depth, Line { n: width, stride: 1 }, Line { n: height, stride: width }, step, &mut target);
-        spread(&target, &depth, Line { n: height, stride: width }, Line { n: width, stride: 1 }, step, &mut source);
+        spread(
+            &source,
+            &depth,
+            Line { n: width, stride: 1 },
+            Line { n: height, stride: width },
+            step,
+            &mut target,
+        );
+        spread(
+            &target,
+            &depth,
+            Line { n: height, stride: width },
+            Line { n: width, stride: 1 },
+            step,
+            &mut source,
+        );
     }
     source
 }

@@ -43,7 +43,9 @@ impl<'a> GuidedVertex<'a> {
             let region = field.region(position, vertex.class(), path.rng.next_f32())?;
             let incident = region.incident(position);
             Some(match &vertex {
-                Vertex::Medium { travel, phase, .. } => incident.product_with_hg(-*travel, phase.mean_cosine()),
+                Vertex::Medium { travel, phase, .. } => {
+                    incident.product_with_hg(-*travel, phase.mean_cosine())
+                }
                 Vertex::Surface { frame, wo, .. } if spread == Spread::Reflection => {
                     let normal = frame.frame.normal;
                     incident.product_with_cosine(if wo.dot(normal) < 0.0 { -normal } else { normal })

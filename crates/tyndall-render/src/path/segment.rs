@@ -2,9 +2,9 @@
 
 use super::equiangular::Rival;
 use super::lesson::Lesson;
+use super::training::SegmentEnding;
 use super::{FirstChoice, Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
-use super::training::SegmentEnding;
 use tyndall_guiding::{EventClass, SegmentGuide};
 use tyndall_math::{Ray, Rgb};
 use tyndall_volume::{PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
@@ -99,8 +99,7 @@ impl Path<'_> {
         scratch: &Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
-        let options =
-            ResampleOptions { majorant_scale: guide.majorant_scale(), faint: guide.faint() };
+        let options = ResampleOptions { majorant_scale: guide.majorant_scale(), faint: guide.faint() };
         let resampled = resample_collision(
             self.world.media(),
             &scratch.spans,

@@ -4,8 +4,8 @@
 //! 2014, JCGT 3(2); visible normals by spherical caps: Dupuy & Benyoub 2023, doi:10.1111/cgf.14867. Directions are local,
 //! z is the normal.
 
-use glam::{Vec2, Vec3A};
 use super::Spread;
+use glam::{Vec2, Vec3A};
 use std::f32::consts::{PI, TAU};
 
 /// Below this the surface is a mirror.

@@ -14,7 +14,8 @@ use super::directional_albedo::{SplitSum, average, split_sum};
 use super::frame::LocalFrame;
 use super::microfacet::{Roughness, mirror, reflect};
 use super::{
-    Bsdf, BsdfValue, Dielectric, LobeSample, Scatter, Spread, ScatterMode, bsdf::choose, fresnel, unit, unit_color,
+    Bsdf, BsdfValue, Dielectric, LobeSample, Scatter, ScatterMode, Spread, bsdf::choose, fresnel, unit,
+    unit_color,
 };
 use glam::{Vec2, Vec3A};
 use tyndall_math::sampling::{cosine_hemisphere, cosine_hemisphere_pdf};

@@ -2,8 +2,8 @@
 
 use super::channels::{choose_channel, exponential};
 use super::closed_form::{attenuation, optical_depth};
-use super::segment::{Cell, Segment};
 use super::resample::{CandidateSums, Outcomes};
+use super::segment::{Cell, Segment};
 use super::{Event, Present, Walk};
 use crate::medium::Coefficients;
 use glam::Vec3A;
@@ -133,12 +133,7 @@ impl Transmitted {
     }
 
     /// A collision on the segment of [`Self::of`], made anew, and its weight with 1/W left out.
-    pub(super) fn scatter(
-        &self,
-        segment: &mut Segment<'_>,
-        u: f32,
-        rng: &mut Pcg,
-    ) -> Option<(Event, Rgb)> {
+    pub(super) fn scatter(&self, segment: &mut Segment<'_>, u: f32, rng: &mut Pcg) -> Option<(Event, Rgb)> {
         let (channel, depth) = self.draw(u);
         let (mut tau, mut absorbed) = (Rgb::ZERO, Rgb::ZERO);
         while let Some(cell) = segment.next_cell() {
@@ -178,14 +173,7 @@ fn scatter(
 
 /// σ_s T / pdf of the channels' mixture, `ds` behind the beginning of a cell of coefficients `c`.
 #[inline]
-fn mixture_weight(
-    c: &Coefficients,
-    ds: f32,
-    tau: Rgb,
-    absorbed: Rgb,
-    sigma_s: Rgb,
-    channels: Vec3A,
-) -> Rgb {
+fn mixture_weight(c: &Coefficients, ds: f32, tau: Rgb, absorbed: Rgb, sigma_s: Rgb, channels: Vec3A) -> Rgb {
     // Relative to the largest coefficient: 1e12 per unit must not overflow.
     let scale = c.sigma_t.max_element().recip();
     let transmitted = (-(tau + optical_depth(c.sigma_t, ds))).exp();

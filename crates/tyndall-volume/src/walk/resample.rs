@@ -194,12 +194,7 @@ impl CandidateVisitor for Reservoir {
         self.path.live()
     }
 
-    fn visit(
-        &mut self,
-        segment: &mut Segment<'_>,
-        candidate: &Candidate,
-        rng: &mut Pcg,
-    ) -> ControlFlow<()> {
+    fn visit(&mut self, segment: &mut Segment<'_>, candidate: &Candidate, rng: &mut Pcg) -> ControlFlow<()> {
         let collision = self.path.collide(candidate);
         let sums = &mut self.sums;
         let weight = sums.t_hat * collision.p;

@@ -194,8 +194,7 @@ fn absurd_coefficients_end_in_time() {
         let sigma = 10f32.powi(exponent);
         let (grid, _) = cloudy(WHITE * sigma, WHITE * sigma, 1e6);
         let media = [grid, homogeneous(WHITE * sigma, Rgb::new(1.0, 1e-3, 0.0) * sigma)];
-        for spans in
-            [&[span(0.0, 9.0, 0)][..], &[span(0.0, 9.0, 1)], &[span(0.0, 9.0, 0), span(1.0, 9.0, 1)]]
+        for spans in [&[span(0.0, 9.0, 0)][..], &[span(0.0, 9.0, 1)], &[span(0.0, 9.0, 0), span(1.0, 9.0, 1)]]
         {
             for choice in CHOICES {
                 let m = resampled(&media, spans, &ray, WHITE, 10, choice, options(1.05, 0.05));
