@@ -7,8 +7,8 @@
 //! - [`sample_collision`]: where does light scatter next, or does it reach the end, and with which weight?
 //! - [`transmittance`]: which part of the light passes unscattered?
 //!
-//! Guiding lives elsewhere: what a guided sampler needs, the candidates of a majorant process and the coefficients at
-//! a point, is offered by [`Segment`].
+//! Guiding lives elsewhere: [`resample_collision`] is the first question for callers who choose the probability to
+//! scatter themselves, having seen what the candidates of the whole segment amount to.
 //!
 //! Conventions: `t` counts lengths of the ray's direction, which the coefficients assume to be a unit vector in
 //! stage units. Every estimator is unbiased; a majorant that fails to bound is counted, never clamped away.
