@@ -6,6 +6,9 @@
 use super::a_trous;
 use crate::{ClassCosts, GuidingError, Moments, SegmentGuide, Strategy};
 
+/// Share of tracking pixels beyond which the guide is not worth its learning.
+const IDLE_SHARE: f32 = 0.95;
+
 /// The guide of an image or of a crop of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageGuide {
@@ -76,9 +79,10 @@ impl ImageGuide {
         Ok(())
     }
 
-    /// Every pixel tracks: there is nothing to look up, and nothing will be learned.
+    /// So few pixels choose that learning for them costs more than they gain.
     pub fn is_idle(&self) -> bool {
-        self.lookup.iter().all(SegmentGuide::is_tracking)
+        let n_tracking = self.lookup.iter().filter(|guide| guide.is_tracking()).count();
+        n_tracking as f32 > IDLE_SHARE * self.lookup.len() as f32
     }
 
     /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame).
