@@ -150,7 +150,7 @@ impl Accel {
     }
 
     /// Where and with what orientation the surface is that `ray` hit.
-    #[inline]
+    #[inline(always)]
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let placement = &self.placements[hit.instance as usize];
         surface::surface_point(&self.objects[placement.object as usize], placement, ray, hit)

@@ -40,7 +40,7 @@ struct Local {
     barycentric: [f32; 3],
 }
 
-#[inline]
+#[inline(always)]
 pub(crate) fn surface_point(blas: &Blas, placement: &Placement, ray: &Ray, hit: &Hit) -> SurfacePoint {
     let local = match blas.triangle(hit.primitive) {
         Some(corners) => on_triangle(corners.map(|p| p.as_dvec3()), hit),

@@ -39,7 +39,8 @@
 //!
 //! A build holds at most 1.11 times the decoded active bricks of the 512^3 cloud beyond its input, the result 1.02.
 //! 1,000 active voxels in two clusters 10^9 voxels apart cost less than 64 KiB. Scattered one to a brick they cost
-//! their bricks, 2 KiB each.
+//! their bricks, 2 KiB each. Lists instead of bricks of at most 16 voxels bring those from 2.3 MB to 305 KiB, but the
+//! branch in every look-up across bricks costs a cloud 5 % of its instructions. Not done.
 
 mod build;
 mod color;
