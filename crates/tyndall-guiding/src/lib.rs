@@ -6,7 +6,7 @@
 //! | module | what |
 //! |---|---|
 //! | `scattering_odds` | the probability to scatter in a volume instead of reaching the surface behind it |
-//! | `segment_guide` | what a segment is told: track, or choose with these odds |
+//! | `segment_guide` | what a segment is told: the odds to choose by |
 //! | `moments` | the sums per pixel or region that those odds are learned from |
 //! | [`image_space`] | the odds of camera rays, per pixel, filtered |
 //! | [`directional`] | von Mises–Fisher lobes and mixtures, fitted by expectation maximisation |

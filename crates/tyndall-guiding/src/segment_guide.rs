@@ -1,8 +1,6 @@
-//! What a segment is told: track, or choose with which probability.
+//! What a segment is told: with which probability to scatter, and how to walk for it.
 //!
-//! Choosing has its price: all candidates must be seen, where delta tracking stops at the first real collision; and a
-//! path through the volume may cost more than one that starts at the surface. [`Strategy::Auto`] therefore compares
-//! variance times cost of both, as far as the sums tell, and tracks where choosing would not pay.
+//! A path through the volume may cost more rays than one that starts at the surface; the odds take that into account.
 
 use crate::moments::Moments;
 use crate::{ScatteringOdds, TargetProbability, headroom_depth};
@@ -15,21 +13,11 @@ const SLACK: f32 = 1.05;
 const MAX_SCALE: f32 = 1e3;
 /// Part of T̂ that must remain, or the walk plays roulette.
 const FAINT: f32 = 0.05;
-/// Segments a pixel and its neighbours must have told of before tracking is chosen.
-const MIN_SAMPLES: f32 = 64.0;
-/// Gain in variance times cost that choosing must promise. Smaller promises were not kept (kitchen, jungle, a fire:
-/// promised 1.2 to 2, found 0.85 to 1): X holds noise that no choice of a class removes.
-const MIN_GAIN: f32 = 4.0;
-/// What seeing all candidates costs, in rays.
-const CHOICE_COST: f32 = 0.2;
-
 /// How the distance along camera segments is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Strategy {
-    /// Odds where they pay, tracking elsewhere.
-    #[default]
-    Auto,
     /// Odds, P_v = κW/(κW+T̂).
+    #[default]
     Odds,
     /// The probability P* of the variance criterion (Xu et al. 2024).
     Target,
@@ -38,7 +26,6 @@ pub enum Strategy {
 /// How a segment decides between scattering and passing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Choice {
-    Track,
     Odds(ScatteringOdds),
     Target(TargetProbability),
 }
@@ -67,32 +54,18 @@ impl SegmentGuide {
     pub fn from_moments(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
         let outlier_limit = moments.outlier_limit();
         let odds = costs.weigh(moments.stratified_odds());
-        let choice = match strategy {
-            Strategy::Odds => Choice::Odds(odds),
-            Strategy::Auto if moments.n >= MIN_SAMPLES && gain(moments, odds, costs) < MIN_GAIN => {
-                return Self { choice: Choice::Track, majorant_scale: 1.0, outlier_limit };
-            }
-            Strategy::Auto => Choice::Odds(odds),
-            Strategy::Target => match moments.variance_target() {
-                Some(target) => Choice::Target(TargetProbability::new(target)),
-                None => Choice::Odds(odds),
-            },
+        let choice = match (strategy, moments.variance_target()) {
+            (Strategy::Target, Some(target)) => Choice::Target(TargetProbability::new(target)),
+            _ => Choice::Odds(odds),
         };
         let majorant_scale = majorant_scale(moments, &choice);
         Self { choice, majorant_scale, outlier_limit }
-    }
-
-    /// Plain delta tracking will do; nothing needs to be learned from the segment.
-    #[inline]
-    pub fn is_tracking(&self) -> bool {
-        self.choice == Choice::Track
     }
 
     /// P_v for the candidates' weight W, the transmittance T̂ and the depth of the scaled majorants.
     #[inline]
     pub fn select_probability(&self, w: f32, t_hat: f32, majorant_depth: f32) -> f32 {
         match self.choice {
-            Choice::Track => ScatteringOdds::default().select_probability(w, t_hat, 0.0),
             Choice::Odds(odds) => odds.select_probability(w, t_hat, ALPHA),
             Choice::Target(target) => target.select_probability(w, t_hat, majorant_depth, ALPHA),
         }
@@ -109,7 +82,7 @@ impl SegmentGuide {
     pub fn faint(&self) -> f32 {
         match self.choice {
             Choice::Odds(odds) => FAINT * odds.kappa().min(1.0),
-            Choice::Track | Choice::Target(_) => FAINT,
+            Choice::Target(_) => FAINT,
         }
     }
 
@@ -123,7 +96,6 @@ impl SegmentGuide {
 /// The factor that lets the probability to expect be reached: [`headroom_depth`] against the mean optical depth.
 fn majorant_scale(moments: &Moments, choice: &Choice) -> f32 {
     let predicted = match choice {
-        Choice::Track => return 1.0,
         Choice::Odds(odds) => odds.predicted_probability(moments.w, moments.t),
         Choice::Target(target) => target.target(),
     };
@@ -162,22 +134,6 @@ impl ClassCosts {
         let [volume, surface] = self.means();
         ScatteringOdds::new(odds.kappa() * (surface / volume).sqrt())
     }
-}
-
-/// How much variance times cost delta tracking has for one of choosing by `odds`. The choice itself is stratified and
-/// counts as free of noise.
-fn gain(moments: &Moments, odds: ScatteringOdds, costs: &ClassCosts) -> f32 {
-    let Some([volume, surface]) = moments.variances() else { return 0.0 };
-    let [of_volume, of_surface] = costs.means();
-    let (w, t) = (moments.w / moments.n, moments.t / moments.n);
-    let efficiency = |p: f32, extra: f32| {
-        let variance = w * w * volume / p + t * t * surface / (1.0 - p);
-        let cost = p * of_volume + (1.0 - p) * of_surface + extra;
-        variance * cost
-    };
-    let tracked = efficiency(w / (w + t), 0.0);
-    let chosen = efficiency(odds.select_probability(w, t, ALPHA), CHOICE_COST);
-    if tracked > 0.0 { tracked / chosen.max(f32::MIN_POSITIVE) } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -36,10 +36,10 @@ impl RenderGuide {
     /// What the settings ask for in a scene with or without media.
     pub(crate) fn new(film: &Film, settings: &RenderSettings, has_media: bool) -> Self {
         let strategy = match settings.distance_sampling {
-            DistanceSampling::Auto => Some(Strategy::Auto),
             DistanceSampling::Odds => Some(Strategy::Odds),
             DistanceSampling::Target => Some(Strategy::Target),
-            DistanceSampling::Delta => None,
+            // `Auto` would have to measure what pays; until it does, tracking is the better bet.
+            DistanceSampling::Auto | DistanceSampling::Delta => None,
         };
         let [width, height] = [film.width() as usize, film.height() as usize];
         let camera =
@@ -86,9 +86,6 @@ impl RenderGuide {
             // One entry a pixel by construction: nothing to be refused.
             let learned = camera.learn(&pass, &costs);
             debug_assert!(learned.is_ok());
-            if camera.is_idle() {
-                self.camera = None;
-            }
         }
         if let Some(field) = &mut self.field {
             let samples: Vec<_> = lessons.into_iter().flat_map(|of_tile| of_tile.training).collect();

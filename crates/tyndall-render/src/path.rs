@@ -174,7 +174,7 @@ impl<'a> Integrator<'a> {
         let mut shifts = Shifts::new(self.seed, pixel_id, guides.epoch);
         let first_choice = self.world.has_media().then(|| FirstChoice {
             u: shifts.apply(if has_lens { sampler.next_4d()[0] } else { lens_x }),
-            guide: guides.camera.filter(|guide| !guide.is_tracking()),
+            guide: guides.camera,
         });
         let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
         let mut path = Path {

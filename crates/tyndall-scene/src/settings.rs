@@ -18,7 +18,7 @@ pub enum PixelFilter {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum DistanceSampling {
-    /// What is measured to pay: odds or delta tracking.
+    /// What pays; until that is measured during the render, by transmittance.
     #[default]
     Auto,
     /// Volume scattering probability guiding by learned odds.
@@ -170,7 +170,7 @@ impl RenderSettings {
             "distanceSampling",
             "token",
             &["auto", "odds", "target", "delta"],
-            "How the distance to the next scattering is sampled.",
+            "How camera rays choose where to scatter; auto is delta in this version.",
         ),
         text(
             "guiding",

@@ -162,8 +162,12 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("--filter", choices=("blackman-harris", "box"), help="pixel filter")
     add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
     add("--list-aovs", action="store_true", help="print the AOVs and exit")
-    add("--distance-sampling", choices=_DISTANCE_SAMPLING, help="how camera rays choose where to scatter")
-    add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off in this version")
+    add(
+        "--distance-sampling",
+        choices=_DISTANCE_SAMPLING,
+        help="how camera rays choose where to scatter; auto is delta",
+    )
+    add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off")
     add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
     add("--make-output-path", action="store_true", help="create the output's folder")
     add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")

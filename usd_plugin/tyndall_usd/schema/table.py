@@ -33,7 +33,7 @@ SETTINGS: tuple[Setting, ...] = (
         "distanceSampling",
         "token",
         "auto",
-        "How the distance to the next scattering is sampled.",
+        "How camera rays choose where to scatter; auto is delta in this version.",
         ("auto", "odds", "target", "delta"),
     ),
     Setting(

@@ -6,9 +6,6 @@
 use super::a_trous;
 use crate::{ClassCosts, GuidingError, Moments, SegmentGuide, Strategy};
 
-/// Share of tracking pixels beyond which the guide is not worth its learning.
-const IDLE_SHARE: f32 = 0.95;
-
 /// The guide of an image or of a crop of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageGuide {
@@ -77,12 +74,6 @@ impl ImageGuide {
         let guide_of = |m: &Moments| SegmentGuide::from_moments(m, self.strategy, &self.costs);
         self.lookup = filtered.iter().map(guide_of).collect();
         Ok(())
-    }
-
-    /// So few pixels choose that learning for them costs more than they gain.
-    pub fn is_idle(&self) -> bool {
-        let n_tracking = self.lookup.iter().filter(|guide| guide.is_tracking()).count();
-        n_tracking as f32 > IDLE_SHARE * self.lookup.len() as f32
     }
 
     /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame).

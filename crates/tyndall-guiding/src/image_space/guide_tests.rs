@@ -94,15 +94,3 @@ fn learning_is_deterministic_and_checked() {
     assert_eq!(guide.moments()[0].n, 3.0);
     ImageGuide::new([0, 0], 0, 9, Strategy::Odds).learn(&[], &ClassCosts::default()).unwrap();
 }
-
-#[test]
-fn a_guide_that_only_tracks_is_idle() {
-    let costs = ClassCosts { volume: (300, 100), surface: (300, 100) };
-    for strategy in [Strategy::Auto, Strategy::Odds] {
-        let mut guide = ImageGuide::new([0, 0], 40, 4, strategy);
-        assert!(!guide.is_idle(), "nothing learned yet");
-        let new = pass(&guide, 64, 1, |_| 1.0, |_| 2.0);
-        guide.learn(&new, &costs).unwrap();
-        assert_eq!(guide.is_idle(), strategy == Strategy::Auto);
-    }
-}
