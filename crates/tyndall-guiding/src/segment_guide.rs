@@ -13,6 +13,7 @@ const SLACK: f32 = 1.05;
 const MAX_SCALE: f32 = 1e3;
 /// Part of T̂ that must remain, or the walk plays roulette.
 const FAINT: f32 = 0.05;
+
 /// How the distance along camera segments is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Strategy {
@@ -77,7 +78,7 @@ impl SegmentGuide {
         self.majorant_scale
     }
 
-    /// T̂ below which a walk plays roulette: sooner where the surface is the darker class.
+    /// T̂ below which a walk plays roulette: later where the surface is the brighter class.
     #[inline]
     pub fn faint(&self) -> f32 {
         match self.choice {
