@@ -2,10 +2,11 @@
 //! (Veach & Guibas 1995) over directional densities.
 
 use super::guided::GuidedVertex;
+use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
 use tyndall_math::Rgb;
-use tyndall_shading::Receiver;
+use tyndall_shading::{LightSample, Receiver};
 
 impl Path<'_> {
     /// Adds light from one sampled light.
@@ -34,19 +35,26 @@ impl Path<'_> {
         let by_vertex = if light.is_delta { 0.0 } else { pdf_vertex };
         let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
-        let (shadow_ray, low) = vertex.vertex.shadow_ray(&light);
-        statistics.shadow_rays += 1;
-        let visibility = self.world.visibility::<MEDIA>(
-            &shadow_ray,
-            low,
-            index,
-            &mut self.rng,
-            scratch,
-            &mut statistics.walks,
-        );
+        let visibility = self.visibility::<MEDIA>(&vertex.vertex, &light, index, scratch, statistics);
         if visibility != Rgb::ZERO {
             self.recorder.add(contribution * visibility);
         }
+    }
+
+    /// What of a light sampled at a vertex arrives there. Overwrites the spans in `scratch`.
+    #[inline]
+    pub(super) fn visibility<const MEDIA: bool>(
+        &mut self,
+        vertex: &Vertex<'_>,
+        light: &LightSample,
+        index: usize,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Rgb {
+        let (shadow_ray, low) = vertex.shadow_ray(light);
+        statistics.shadow_rays += 1;
+        let walks = &mut statistics.walks;
+        self.world.visibility::<MEDIA>(&shadow_ray, low, index, &mut self.rng, scratch, walks)
     }
 
     /// Adds the light whose body the ray met.

@@ -153,17 +153,8 @@ impl Path<'_> {
         let by_phase = if sample.is_delta { 0.0 } else { pdf_vertex / sample.pdf };
         let weight = (1.0 + (p_point + by_phase) / relative).recip();
         let up_to = transmittance(media, &scratch.spans, &ray.up_to(t), &mut self.rng, &mut statistics.walks);
-        let (shadow_ray, low) = vertex.vertex.shadow_ray(&sample);
-        statistics.shadow_rays += 1;
         let spans = std::mem::take(&mut scratch.spans);
-        let visibility = self.world.visibility::<MEDIA>(
-            &shadow_ray,
-            low,
-            index,
-            &mut self.rng,
-            scratch,
-            &mut statistics.walks,
-        );
+        let visibility = self.visibility::<MEDIA>(&vertex.vertex, &sample, index, scratch, statistics);
         scratch.spans = spans;
         let through = up_to * visibility;
         if through != Rgb::ZERO {
