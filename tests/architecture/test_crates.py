@@ -31,7 +31,14 @@ ALLOWED: dict[str, set[str]] = {
         "tyndall-volume",
         "tyndall-guiding",
     },
-    "tyndall-py": {"tyndall-math", "tyndall-vdb", "tyndall-scene", "tyndall-io", "tyndall-render"},
+    "tyndall-py": {
+        "tyndall-math",
+        "tyndall-vdb",
+        "tyndall-scene",
+        "tyndall-io",
+        "tyndall-guiding",
+        "tyndall-render",
+    },
 }
 SECTIONS = ("dependencies", "dev-dependencies", "build-dependencies")
 # The wide ray kernel argues each use in a SAFETY comment.

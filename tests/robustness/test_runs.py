@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -17,7 +17,19 @@ from support.stages import StageBuilder
 if TYPE_CHECKING:
     from pathlib import Path
 
-AOVS = ("rgba", "albedo", "normal", "depth", "volume", "surface", "transmittance", "samples", "variance")
+AOVS = (
+    "rgba",
+    "albedo",
+    "normal",
+    "depth",
+    "volume",
+    "surface",
+    "transmittance",
+    "samples",
+    "variance",
+    "guide",
+    "volume_depth",
+)
 
 
 def foggy_room(width: int = 48, height: int = 36) -> StageBuilder:
@@ -68,6 +80,7 @@ def test_every_aov_is_written_and_means_what_it_says(tmp_path: Path) -> None:
     layers = exr.read_layers(path)
     assert set(AOVS) <= set(layers)
     assert all(np.isfinite(layers[name]).all() for name in AOVS if name != "depth")
+    assert (layers["guide"] == 0).all(), "nothing is guided unless it is asked for"
     assert (layers["samples"] == 64).all()
     assert ((layers["transmittance"] >= 0) & (layers["transmittance"] <= 1)).all()
     assert (layers["albedo"] >= 0).all()
@@ -76,6 +89,33 @@ def test_every_aov_is_written_and_means_what_it_says(tmp_path: Path) -> None:
     total = layers["volume"][..., :3] + layers["surface"][..., :3]
     half_precision = 2.0**-10
     np.testing.assert_allclose(total, layers["rgba"][..., :3], rtol=half_precision, atol=1e-5)
+
+
+def test_where_directions_were_guided_is_seen(tmp_path: Path) -> None:
+    shot = Shot(foggy_room(), tmp_path)
+    guide = shot.render(aovs=("guide",), spp=32, max_bounces=8, guiding="on")["guide"]
+    share, samples, lobes = np.moveaxis(guide, -1, 0)
+    # The first pass has nothing to be guided by; later paths are guided unless they meet the sky.
+    assert share.max() <= 31 / 32
+    assert share.mean() > 0.7
+    assert ((samples > 0) == (share > 0)).all()
+    assert (samples / np.maximum(share, 1e-9)).max() > 100
+    assert 1 < (lobes / np.maximum(share, 1e-9)).mean() <= 32
+
+
+def test_depth_of_scattering_is_that_of_the_medium(tmp_path: Path) -> None:
+    """Light scatters in the front of a dense slab: depth is along the viewing axis, in corners as well."""
+    stage = StageBuilder(16, 16)
+    stage.camera((0, 0, 5), (0, 0, 0), vfov=60)
+    stage.box((-9, -9, -1), (9, 9, 1), stage.medium(1e4, 0.5))
+    stage.dome(1.0)
+    depth = Shot(stage, tmp_path).render(aovs=("volume_depth",), spp=4, max_bounces=2)["volume_depth"]
+    np.testing.assert_allclose(depth, 4.0, atol=2e-3)
+    empty = StageBuilder(4, 4)
+    empty.camera((0, 0, 5), (0, 0, 0), vfov=60)
+    empty.dome(1.0)
+    nothing = Shot(empty, tmp_path).render(aovs=("volume_depth",), spp=1, max_bounces=2)["volume_depth"]
+    assert (nothing == np.float32(1e10)).all()
 
 
 def test_variance_aov_is_the_variance_of_the_pixel(tmp_path: Path) -> None:
@@ -168,6 +208,50 @@ def test_stats(tmp_path: Path) -> None:
     text = json.dumps(stats)
     for word in ("wall", "cpu", "rays", "nonfinite", "memory", "majorantviolations"):
         assert word in text.lower(), f"no {word} in {text}"
+
+
+def guided_run(folder: Path, *arguments: object) -> tuple[dict[str, Any], dict[str, str]]:
+    """Return the statistics and what the image says about its guide."""
+    stage = foggy_room().save(folder / "stage.usda")
+    image, path = folder / "image.exr", folder / "stats.json"
+    run = tyndall("render", stage, "-o", image, "--stats", path, "--max-bounces", 8, *map(str, arguments))
+    assert run.code == 0, run.text
+    header = {name: str(value) for name, value in exr.read_header(image).items()}
+    return read_stats(path), {name: v for name, v in header.items() if name.startswith("tyndall:guide")}
+
+
+def test_stats_of_a_guide_are_measured(tmp_path: Path) -> None:
+    guided = ("--guiding", "on", "--distance-sampling", "odds", "--spp")
+    few, _ = guided_run(tmp_path, *guided, 4)
+    many, metadata = guided_run(tmp_path, *guided, 64)
+    before, after = (stats["statistics"]["guide"] for stats in (few, many))
+    assert (before["lessons"], after["lessons"]) == (3, 7)
+    for size in ("samples", "bytes", "lobes", "surfaceRegions"):
+        assert after["field"][size] > before["field"][size] > 0, size
+    assert before["imageBytes"] == after["imageBytes"] > 48 * 36 * 44
+    assert after["field"]["bytes"] > 1000 * after["field"]["surfaceRegions"]
+    assert 0 < many["seconds"]["train"] < many["seconds"]["render"]
+    assert many["statistics"]["candidatesPerRay"] == 0, "homogeneous media are sampled in closed form"
+    assert metadata["tyndall:guide:field:samples"] == str(after["field"]["samples"])
+    assert float(metadata["tyndall:guide:trainSeconds"]) > 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "has_image", "has_field"),
+    [
+        (("--guiding", "off", "--distance-sampling", "delta"), False, False),
+        (("--guiding", "on", "--distance-sampling", "delta"), False, True),
+        (("--guiding", "off", "--distance-sampling", "target"), True, False),
+    ],
+    ids=["nothing", "directions", "odds"],
+)
+def test_stats_say_nothing_of_guides_there_are_not(
+    tmp_path: Path, arguments: tuple[str, ...], has_image: bool, has_field: bool
+) -> None:
+    stats, metadata = guided_run(tmp_path, *arguments, "--spp", 2)
+    guide = stats["statistics"].get("guide", {})
+    assert ("imageBytes" in guide, "field" in guide) == (has_image, has_field)
+    assert ("train" in stats["seconds"]) == bool(guide) == bool(metadata)
 
 
 @pytest.mark.parametrize(

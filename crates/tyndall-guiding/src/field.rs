@@ -20,6 +20,7 @@
 //! | `adapt` | how many lobes it takes: split and merge |
 //! | `parallax` | what its lobes look like from elsewhere |
 //! | `incident` | what a vertex asks |
+//! | `cells` | the boxes of all regions, for pictures |
 //!
 //! Cost by `benches/field.rs` on one core of a busy Xeon (SSE2 code, 32 lobes): 0.13 µs for a pdf, 0.36 µs for a direction
 //! with its pdf, 0.35 µs for a product with a cosine, 0.74 µs with a phase function; 0.39 µs for finding a region of eight
@@ -35,6 +36,7 @@
 //! - Look-ups do not allocate.
 
 mod adapt;
+mod cells;
 mod incident;
 mod parallax;
 mod refine;
@@ -44,6 +46,7 @@ mod settings;
 mod train;
 mod tree;
 
+pub use cells::Cell;
 pub use incident::Incident;
 pub use region::Region;
 pub use sample::{PackedDirection, TrainingSample};

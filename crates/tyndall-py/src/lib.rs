@@ -5,6 +5,7 @@
 
 mod delegate;
 mod error;
+mod field;
 mod film;
 mod prims;
 mod session;
@@ -18,6 +19,8 @@ mod _core {
     use crate::delegate::{Diagnostic, RenderDelegate, Scene};
     #[pymodule_export]
     use crate::error::{Error, FileError, RenderError, SceneError, SettingsError};
+    #[pymodule_export]
+    use crate::field::Field;
     #[pymodule_export]
     use crate::film::Film;
     #[pymodule_export]

@@ -2,18 +2,25 @@
 
 use crate::delegate::{Diagnostic, Scene};
 use crate::error::{RenderError, SceneError, SettingsError, guarded};
+use crate::field::Field;
 use crate::film::Film;
 use crate::prims::from_json;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 use tyndall_render::{Control, World};
 use tyndall_scene::RenderSettings;
 
 /// How often a running render looks at Python: often enough for Ctrl-C to feel immediate.
 const POLL: Duration = Duration::from_millis(20);
+
+/// The clock that renders are timed by.
+fn clock() -> Duration {
+    static START: LazyLock<Instant> = LazyLock::new(Instant::now);
+    START.elapsed()
+}
 
 /// How far a render has got.
 #[pyclass(frozen, get_all, module = "tyndall")]
@@ -32,6 +39,7 @@ pub(crate) struct Session {
     diagnostics: Vec<Diagnostic>,
     build_secs: f64,
     render_secs: Mutex<f64>,
+    train_secs: Mutex<f64>,
     interrupted: AtomicBool,
 }
 
@@ -60,6 +68,7 @@ impl Session {
             diagnostics,
             build_secs,
             render_secs: Mutex::new(0.0),
+            train_secs: Mutex::new(0.0),
             interrupted: AtomicBool::new(false),
         })
     }
@@ -74,10 +83,12 @@ impl Session {
     /// Ctrl-C come out as they are; `film()` has what was done until then.
     #[pyo3(signature = (progress = None))]
     fn render(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Film> {
-        let control = Control::default();
+        let control = Control::with_clock(clock);
         let start = Instant::now();
         let outcome = self.run(py, &control, progress.as_ref(), start);
         *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner) += start.elapsed().as_secs_f64();
+        *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner) +=
+            control.time_learning().as_secs_f64();
         self.interrupted.store(matches!(outcome, Ok(false) | Err(_)), Ordering::Relaxed);
         outcome?;
         Ok(self.film())
@@ -92,13 +103,19 @@ impl Session {
         )
     }
 
+    /// What the render has learned of the light; None without guided directions, or before a render.
+    #[getter]
+    fn field(&self) -> Option<Field> {
+        self.session.field().map(|field| Field::new(field, self.session.world().origin()))
+    }
+
     /// Counts of what paths did, sizes and seconds.
     #[getter]
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let film = self.session.film();
         let paths = self.session.statistics();
         let seconds = *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner);
-        let value = serde_json::json!({
+        let mut value = serde_json::json!({
             "samples": film.min_samples(),
             "paths": paths.paths,
             "segments": paths.segments,
@@ -106,12 +123,18 @@ impl Session {
             "surfaceEvents": paths.surface_events,
             "volumeEvents": paths.volume_events,
             "candidates": paths.walks.candidates,
+            "candidatesPerRay": paths.walks.candidates as f64 / paths.rays().max(1) as f64,
             "densityLookups": paths.walks.lookups,
             "majorantViolations": paths.walks.majorant_violations,
             "nonFiniteSamples": film.non_finite_samples(),
             "world": self.session.world().summary(),
             "seconds": { "build": self.build_secs, "render": seconds },
         });
+        if let Some(guide) = self.session.guide_statistics() {
+            value["guide"] = serde_json::to_value(guide).unwrap_or_default();
+            let seconds = *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner);
+            value["seconds"]["train"] = seconds.into();
+        }
         from_json(py, &value)
     }
 }

@@ -5,6 +5,7 @@
 
 mod albedo;
 mod depth;
+mod guide;
 mod normal;
 mod rgba;
 mod samples;
@@ -12,6 +13,7 @@ mod surface;
 mod transmittance;
 mod variance;
 mod volume;
+mod volume_depth;
 mod vsp;
 mod vsp_target;
 
@@ -38,6 +40,10 @@ pub struct SampleRecord {
     pub scatter_probability: f32,
     /// 1 if the camera's segment ended in a scattering.
     pub scatters: f32,
+    /// Depth of the first scattering in a medium along the viewing axis, stage units; infinite if there is none.
+    pub volume_depth: f32,
+    /// 1, training samples and lobes of the first vertex whose direction was guided; zeros if there was none.
+    pub guide: [f32; 3],
 }
 
 impl Default for SampleRecord {
@@ -52,6 +58,8 @@ impl Default for SampleRecord {
             transmittance: Rgb::ZERO,
             scatter_probability: 0.0,
             scatters: 0.0,
+            volume_depth: f32::INFINITY,
+            guide: [0.0; 3],
         }
     }
 }
@@ -127,6 +135,8 @@ pub const AOVS: &[Aov] = &[
     variance::AOV,
     vsp::AOV,
     vsp_target::AOV,
+    guide::AOV,
+    volume_depth::AOV,
 ];
 
 /// The AOV called `name`.

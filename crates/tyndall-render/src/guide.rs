@@ -3,6 +3,10 @@
 //! A pass looks up guides that are frozen; what its paths teach is merged after it, tile by tile in a fixed order, so
 //! that nothing depends on threads.
 
+mod statistics;
+
+pub use statistics::{FieldSize, GuideStatistics};
+
 use crate::film::{Film, Tile};
 use crate::path::{Guides, PathSample};
 use tyndall_guiding::field::{Field, FieldSettings, TrainingSample};
@@ -50,6 +54,11 @@ impl RenderGuide {
         let field = (settings.guiding == Guiding::On && has_indirect_light)
             .then(|| Field::new(FieldSettings::default()));
         Self { camera, field, epoch: 0 }
+    }
+
+    /// The field of directions, if there is one.
+    pub(crate) fn field(&self) -> Option<&Field> {
+        self.field.as_ref()
     }
 
     /// What paths through a pixel are told.

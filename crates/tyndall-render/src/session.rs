@@ -3,14 +3,19 @@
 //! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
 //! order, so the number of threads never changes a bit of the image.
 
+mod stopwatch;
+
 use crate::film::{Film, Tile};
-use crate::guide::{RenderGuide, TileLessons};
+use crate::guide::{GuideStatistics, RenderGuide, TileLessons};
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
 use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+use stopwatch::Stopwatch;
+use tyndall_guiding::field::Field;
 use tyndall_scene::RenderSettings;
 
 /// Samples a pixel takes in one pass at the most: bounds how unevenly a cancelled image is sampled.
@@ -38,9 +43,20 @@ pub struct Control {
     stop: AtomicBool,
     samples: AtomicU64,
     passes: AtomicU64,
+    learning: Stopwatch,
 }
 
 impl Control {
+    /// With a clock (the time since any fixed moment), so that what learning takes can be told.
+    pub fn with_clock(clock: fn() -> Duration) -> Self {
+        Self { learning: Stopwatch::new(clock), ..Self::default() }
+    }
+
+    /// Time spent learning so far; 0 without a clock.
+    pub fn time_learning(&self) -> Duration {
+        self.learning.total()
+    }
+
     /// Asks the render to end soon; what has been done is kept.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
@@ -69,6 +85,8 @@ pub struct Session {
     pool: rayon::ThreadPool,
     film: Mutex<Film>,
     statistics: Mutex<PathStatistics>,
+    /// What the last render learned.
+    guide: Mutex<Option<RenderGuide>>,
 }
 
 impl Session {
@@ -84,7 +102,8 @@ impl Session {
             .thread_name(|i| format!("tyndall-{i}"))
             .build()
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
-        Ok(Self { world, settings, pool, film: Mutex::new(film), statistics: Mutex::default() })
+        let (film, statistics, guide) = (Mutex::new(film), Mutex::default(), Mutex::default());
+        Ok(Self { world, settings, pool, film, statistics, guide })
     }
 
     /// Renders all passes, or until `control` is stopped.
@@ -99,12 +118,13 @@ impl Session {
             let (of_pass, lessons) =
                 self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
             if !lessons.is_empty() {
-                self.pool.install(|| guide.learn(image, lessons));
+                control.learning.time(|| self.pool.install(|| guide.learn(image, lessons)));
             }
             self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
             control.passes.fetch_add(1, Ordering::Relaxed);
             done = target;
         }
+        *self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(guide);
     }
 
     /// Pixel samples a complete render takes.
@@ -121,6 +141,18 @@ impl Session {
     /// Counts of what the paths did.
     pub fn statistics(&self) -> PathStatistics {
         self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+    }
+
+    /// How much the last render learned; `None` if it was not guided, or is not over.
+    pub fn guide_statistics(&self) -> Option<GuideStatistics> {
+        let guide = self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        guide.as_ref().and_then(RenderGuide::statistics)
+    }
+
+    /// A copy of the field of directions that the last render learned, in camera-relative space.
+    pub fn field(&self) -> Option<Field> {
+        let guide = self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        guide.as_ref().and_then(RenderGuide::field).cloned()
     }
 
     /// The world being rendered.

@@ -27,6 +27,7 @@ pub(crate) use shade::ShadingBuffer;
 
 use crate::camera::CameraModel;
 use bodies::LightBodies;
+use glam::DVec3;
 use media::Media;
 use surfaces::Surfaces;
 use tyndall_scene::Diagnostics;
@@ -34,6 +35,8 @@ use tyndall_shading::{CompiledMaterial, LightSet};
 
 /// A scene made ready for rays.
 pub struct World {
+    /// The camera's position on the stage.
+    origin: DVec3,
     camera: CameraModel,
     surfaces: Surfaces,
     materials: Vec<CompiledMaterial>,
@@ -46,6 +49,11 @@ pub struct World {
 }
 
 impl World {
+    /// The stage's point that is the origin of camera-relative space.
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
     /// The camera.
     pub(crate) fn camera(&self) -> &CameraModel {
         &self.camera

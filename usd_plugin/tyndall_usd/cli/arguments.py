@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
 from typing import TYPE_CHECKING, NoReturn
 
@@ -27,7 +28,6 @@ _LATER_OPTIONS: dict[str, int | None] = {
     "--renderPassPrimPath": 1,
 }
 _LATER_COMMANDS = ("cache", "compare", "bench", "job")
-#: Values of options of which only some exist yet.
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
 _DISTANCE_SAMPLING_LATER = ("nds", "nds+")
 _GUIDING = ("auto", "on", "off")
@@ -63,6 +63,9 @@ def make_parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=_Parser)
     _add_render(commands.add_parser("render", help="render a stage to images", allow_abbrev=False))
     _add_info(commands.add_parser("info", help="show what is in a stage", allow_abbrev=False))
+    _add_inspect(
+        commands.add_parser("inspect", help="draw what guiding learns of the light", allow_abbrev=False)
+    )
     for name in _LATER_COMMANDS:
         later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
         later.add_argument("rest", nargs=argparse.REMAINDER)
@@ -78,16 +81,11 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         An option is unknown, lacks a value, has a wrong one, or belongs to a later version.
     """
     options = make_parser().parse_args(arguments)
+    if getattr(options, "distance_sampling", None) in _DISTANCE_SAMPLING_LATER:
+        raise UsageError(f"--distance-sampling {options.distance_sampling} is not available in this version")
     if options.command in _LATER_COMMANDS:
         raise UsageError(f"tyndall {options.command} is not available in this version")
-    if options.command == "render":
-        _check_later_values(options)
     return options
-
-
-def _check_later_values(options: argparse.Namespace) -> None:
-    if options.distance_sampling in _DISTANCE_SAMPLING_LATER:
-        raise UsageError(f"--distance-sampling {options.distance_sampling} is not available in this version")
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -140,6 +138,55 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("-n", "--frame-count", type=_positive_int, metavar="N", help="number of frames from the one of -f")
     add("-i", "--frame-inc", type=_positive_int, metavar="N", default=1, help="step of --frame-count")
     add("-d", "--default-time", "--defaultTime", action="store_true", help="render the stage's default time")
+    add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
+    add("--list-aovs", action="store_true", help="print the AOVs and exit")
+    add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
+    add("--make-output-path", action="store_true", help="create the output's folder")
+    add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")
+    add("--stats", metavar="FILE.json", help="write times, memory and counts")
+    add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
+    for option, n_values in _LATER_OPTIONS.items():
+        add(option, action=_NotAvailable, nargs=n_values, help=argparse.SUPPRESS)
+    _add_image(parser)
+    _add_common(parser)
+
+
+def _add_inspect(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("input", metavar="INPUT", help=".usd .usda .usdc .usdz")
+    add = parser.add_argument
+    add("-o", "--output", metavar="PATH", required=True, help="the figure: .png, .pdf or .svg")
+    place = parser.add_mutually_exclusive_group()
+    place.add_argument(
+        "--pixel",
+        type=_pixel,
+        metavar="X,Y",
+        help="show the light where this pixel scatters; default: middle",
+    )
+    place.add_argument(
+        "--point", type=_point, metavar="X,Y,Z", help="show the light at this point of the stage"
+    )
+    add(
+        "--vertices",
+        choices=("auto", "volume", "surface"),
+        default="auto",
+        help="light at vertices in media or on surfaces; default: what the pixel mostly sees",
+    )
+    add("--slice", choices=("x", "y", "z"), help="draw cells across this axis; default: nearest to the view")
+    add(
+        "--reference-spp",
+        type=_count,
+        default=256,
+        metavar="N",
+        help="samples of the unguided light around the point; 0 leaves it out",
+    )
+    add("--reference-size", type=_positive_int, default=32, metavar="N", help="pixels across a sixth of it")
+    _add_image(parser)
+    _add_common(parser)
+
+
+def _add_image(parser: argparse.ArgumentParser) -> None:
+    """Add what decides the image of one frame, and how it is sampled."""
+    add = parser.add_argument
     add("-c", "--camera", "-cam", metavar="PATH|NAME", help="the camera to render through")
     add("-r", "--resolution", type=_resolution, metavar="WxH", help="pixels across and down")
     add("--res", nargs=2, type=_positive_int, metavar=("W", "H"), help="the same")
@@ -160,18 +207,12 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("-j", "--threads", type=_count, metavar="N", help="0 is all cores")
     add("--seed", type=_count, metavar="N", help="the same seed gives the same image")
     add("--filter", choices=("blackman-harris", "box"), help="pixel filter")
-    add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
-    add("--list-aovs", action="store_true", help="print the AOVs and exit")
     add(
         "--distance-sampling",
         choices=_DISTANCE_SAMPLING,
         help="how camera rays choose where to scatter; auto is delta",
     )
     add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off")
-    add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
-    add("--make-output-path", action="store_true", help="create the output's folder")
-    add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")
-    add("--stats", metavar="FILE.json", help="write times, memory and counts")
     add(
         "--progress",
         choices=("auto", "bar", "lines", "alfred", "none"),
@@ -184,10 +225,6 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
         default="none",
         help="the light of stages without any",
     )
-    add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
-    for option, n_values in _LATER_OPTIONS.items():
-        add(option, action=_NotAvailable, nargs=n_values, help=argparse.SUPPRESS)
-    _add_common(parser)
 
 
 def _resolution(text: str) -> tuple[int, int]:
@@ -195,6 +232,23 @@ def _resolution(text: str) -> tuple[int, int]:
     if match is None:
         raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1920x1080")
     return _positive_int(match[1]), _positive_int(match[2])
+
+
+def _pixel(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+),(\d+)", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 640,360")
+    return int(match[1]), int(match[2])
+
+
+def _point(text: str) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(part) for part in text.split(","))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1.5,0,-2") from None
+    if not all(math.isfinite(v) for v in (x, y, z)):
+        raise argparse.ArgumentTypeError(f"{text} is not finite")
+    return x, y, z
 
 
 def _count(text: str) -> int:

@@ -10,23 +10,18 @@ from pxr import Usd
 
 from tyndall_usd.cli.exit_codes import ExitCode, UsageError
 from tyndall_usd.cli.frames import parse_frames
-from tyndall_usd.cli.inputs import choose_camera, drawn_purposes, open_input, stage_settings
+from tyndall_usd.cli.inputs import open_input, stage_settings
 from tyndall_usd.cli.log import LOG, DiagnosticLog
 from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
-from tyndall_usd.cli.stats import Stats
+from tyndall_usd.cli.shot import Shot
+from tyndall_usd.cli.stats import Stats, guide_metadata
 from tyndall_usd.messages import Messages
-from tyndall_usd.read.camera import conform_aperture, read_camera
-from tyndall_usd.scene_index import SceneIndex
 from tyndall_usd.stage import first_time
 
 if TYPE_CHECKING:
     import argparse
-
-    from tyndall_usd.read.settings import StageSettings, View
-
-_DEFAULT_RESOLUTION = (1280, 720)
 
 
 def run_render(options: argparse.Namespace) -> int:
@@ -49,7 +44,6 @@ class _Run:
         self.options = options
         self.stats = Stats()
         self.diagnostics = DiagnosticLog()
-        self.cameras: dict[str | None, Usd.Prim] = {}
 
     def render_all(self) -> int:
         """Render every frame of every task."""
@@ -60,18 +54,13 @@ class _Run:
             settings = stage_settings(self.stage, self.options, times[0][0], messages)
         tasks = plan_tasks(settings.products, self.options, messages)
         check_outputs(tasks, [frame for _, frame in times], make_folders=self.options.make_output_path)
-        self.renderer_settings = _renderer_settings(settings, self.options)
-        purposes = drawn_purposes(self.options, settings)
-        self.delegate = tyndall.RenderDelegate()
-        self.index = SceneIndex(
-            self.stage, self.delegate, purposes=purposes, material_purpose=settings.material_purpose
-        )
-        messages.send(self.delegate)
+        self.shot = Shot(self.stage, settings, self.options)
+        messages.send(self.shot.delegate)
         for time, frame in times:
             if self._is_done(tasks, frame):
                 continue
             with self.stats.phase("translate"), caught_stderr():
-                self.index.sync(time)
+                self.shot.index.sync(time)
             for task in tasks:
                 if not self._render_frame(task, time, frame):
                     return ExitCode.INTERRUPTED
@@ -83,9 +72,10 @@ class _Run:
 
     def _render_frame(self, task: Task, time: Usd.TimeCode, frame: float) -> bool:
         """Render one frame and write its images; return whether it was left to end."""
-        settings = {**self.renderer_settings, **self._sync_camera(task.view, time), "aovs": task.aovs}
+        _, settings = self.shot.sync_camera(task.view, time)
+        settings["aovs"] = task.aovs
         with self.stats.phase("build"):
-            session = tyndall.Session(self.delegate.commit(), settings)
+            session = tyndall.Session(self.shot.delegate.commit(), settings)
         self.diagnostics.show(session.diagnostics)
         before = self.stats.seconds["render"]
         is_complete = True
@@ -96,7 +86,9 @@ class _Run:
             except KeyboardInterrupt:
                 film, is_complete = session.film(), False
         seconds = self.stats.seconds["render"] - before
-        self._write(task, frame, film, {"tyndall:seconds": f"{seconds:.3f}"}, settings)
+        statistics = session.statistics
+        figures = {"tyndall:seconds": f"{seconds:.3f}", **guide_metadata(statistics)}
+        self._write(task, frame, film, figures, settings)
         self.stats.frames.append(
             {
                 "frame": frame,
@@ -104,34 +96,12 @@ class _Run:
                 "spp": film.samples,
                 "seconds": seconds,
                 "complete": is_complete,
-                "statistics": session.statistics,
+                "statistics": statistics,
             }
         )
         if not is_complete:
             LOG.error("tyndall: interrupted; the images have at least %d samples per pixel", film.samples)
         return is_complete
-
-    def _sync_camera(self, view: View, time: Usd.TimeCode) -> dict[str, Any]:
-        """Sync the camera, fitted to the image; return the settings that go with it."""
-        messages = Messages()
-        prim = self.cameras.get(view.camera)
-        if prim is None:
-            prim = choose_camera(self.stage, self.options.camera, view.camera, messages)
-            self.cameras[view.camera] = prim
-        camera = read_camera(prim, time, messages, depth_of_field=view.depth_of_field)
-        resolution = self.options.resolution or (tuple(self.options.res) if self.options.res else None)
-        pixel_aspect = self.options.pixel_aspect or view.pixel_aspect
-        if resolution is None and self.options.width:
-            height = self.options.width * pixel_aspect * camera.aperture[1] / camera.aperture[0]
-            resolution = (self.options.width, max(1, round(height)))
-        resolution = resolution or view.resolution or _DEFAULT_RESOLUTION
-        camera, pixel_aspect = conform_aperture(
-            camera, resolution=resolution, pixel_aspect=pixel_aspect, policy=view.policy
-        )
-        self.index.sync_camera(str(prim.GetPath()), camera, messages)
-        if self.options.headlight != "none":
-            self.index.add_headlight(self.options.headlight, camera)
-        return {"camera": str(prim.GetPath()), "resolution": list(resolution), "pixelAspect": pixel_aspect}
 
     def _write(
         self, task: Task, frame: float, film: tyndall.Film, metadata: dict[str, str], settings: dict[str, Any]
@@ -177,26 +147,3 @@ def _times(stage: Usd.Stage, options: argparse.Namespace) -> list[tuple[Usd.Time
             raise UsageError("--frame-count goes with one frame, not with a range")
         frames = [frames[0] + i * options.frame_inc for i in range(options.frame_count)]
     return [(Usd.TimeCode(frame), frame) for frame in frames]
-
-
-def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> dict[str, Any]:
-    """Return the core's settings: the command line wins over the stage."""
-    given = {
-        "samples": options.spp,
-        # The core's 0 is no limit; 0 here means no more than the first pass.
-        "timeLimit": options.time if options.time is None else max(options.time, 1e-9),
-        "maxBounces": options.max_bounces,
-        "threads": options.threads,
-        "seed": options.seed,
-        "filter": options.filter,
-        "distanceSampling": options.distance_sampling,
-        "guiding": options.guiding,
-    }
-    defaults = {
-        spec["name"]: spec["default"] for spec in tyndall.setting_specs() if spec["default"] is not None
-    }
-    return {
-        **defaults,
-        **settings.renderer,
-        **{name: value for name, value in given.items() if value is not None},
-    }

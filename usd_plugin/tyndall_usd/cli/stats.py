@@ -37,6 +37,12 @@ class Stats:
         """Return the seconds since the start."""
         return time.monotonic() - self._start
 
+    def _training(self) -> dict[str, float]:
+        """Return the part of the rendering seconds that learning took; nothing if nothing was guided."""
+        seconds = [frame["statistics"]["seconds"].get("train") for frame in self.frames]
+        guided = [value for value in seconds if value is not None]
+        return {"train": sum(guided)} if guided else {}
+
     def write(self, path: str, *, source: str, diagnostics: list[dict[str, str]]) -> None:
         """Write everything to the JSON file `path`."""
         usage = resource.getrusage(resource.RUSAGE_SELF)
@@ -44,7 +50,12 @@ class Stats:
         report = {
             "version": tyndall.version,
             "input": source,
-            "seconds": {**self.seconds, "wall": self.wall(), "cpu": usage.ru_utime + usage.ru_stime},
+            "seconds": {
+                **self.seconds,
+                **self._training(),
+                "wall": self.wall(),
+                "cpu": usage.ru_utime + usage.ru_stime,
+            },
             "peakMemoryBytes": usage.ru_maxrss * kibibyte,
             "spp": min((frame["spp"] for frame in self.frames), default=0),
             "statistics": self.frames[-1]["statistics"] if self.frames else {},
@@ -55,3 +66,14 @@ class Stats:
             Path(path).write_text(json.dumps(report, indent=2) + "\n", encoding="utf-8")
         except OSError as error:
             raise tyndall.FileError(f"--stats: {path} cannot be written: {error.strerror}") from None
+
+
+def guide_metadata(statistics: dict[str, Any]) -> dict[str, str]:
+    """Return what an image says about how it was guided; nothing if it was not."""
+    if "guide" not in statistics:
+        return {}
+    sizes = {key: value for key, value in statistics["guide"].items() if key != "field"}
+    sizes |= {f"field:{key}": value for key, value in statistics["guide"].get("field", {}).items()}
+    sizes["trainSeconds"] = f"{statistics['seconds']['train']:.3f}"
+    sizes["candidatesPerRay"] = f"{statistics['candidatesPerRay']:.3f}"
+    return {f"tyndall:guide:{name}": str(value) for name, value in sizes.items()}

@@ -65,6 +65,16 @@ impl Region {
         &self.mixture
     }
 
+    /// Where lobes are seen from: the mean of the samples' positions when the region was made.
+    pub fn pivot(&self) -> [f32; 3] {
+        self.pivot
+    }
+
+    /// How far the light of each lobe comes from, as seen from the middle of the region; infinite for background.
+    pub fn distances(&self) -> impl Iterator<Item = f32> + '_ {
+        (0..self.mixture.len()).map(|k| 1.0 / self.inverse_distance[k].max(0.0))
+    }
+
     /// Planes above the region.
     pub fn depth(&self) -> u32 {
         self.depth

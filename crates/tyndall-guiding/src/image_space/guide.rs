@@ -43,6 +43,11 @@ impl ImageGuide {
         self.height
     }
 
+    /// Size in memory.
+    pub fn n_bytes(&self) -> usize {
+        size_of::<Self>() + size_of_val(self.moments.as_slice()) + size_of_val(self.lookup.as_slice())
+    }
+
     /// The sums of all passes merged so far, row by row.
     pub fn moments(&self) -> &[Moments] {
         &self.moments

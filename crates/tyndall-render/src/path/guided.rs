@@ -4,6 +4,7 @@
 //! narrow phase function can lose light. Light sampling weighs itself against the same density.
 
 use super::Path;
+use super::record::Recorder;
 use super::vertex::Vertex;
 use glam::{Vec2, Vec3A};
 use tyndall_guiding::directional::VmfMixture;
@@ -27,7 +28,14 @@ pub(super) struct NextDirection {
 pub(super) struct GuidedVertex<'a> {
     pub(super) vertex: Vertex<'a>,
     /// Proportional to incident light times the phase function, or times the cosine.
-    guide: Option<VmfMixture>,
+    guide: Option<Guide>,
+}
+
+/// What is drawn from instead of the vertex's own distribution.
+struct Guide {
+    mixture: VmfMixture,
+    /// Training samples behind it.
+    n_samples: f32,
 }
 
 impl<'a> GuidedVertex<'a> {
@@ -42,7 +50,7 @@ impl<'a> GuidedVertex<'a> {
             let position = vertex.position();
             let region = field.region(position, vertex.class(), path.rng.next_f32())?;
             let incident = region.incident(position);
-            Some(match &vertex {
+            let mixture = match &vertex {
                 Vertex::Medium { travel, phase, .. } => {
                     incident.product_with_hg(-*travel, phase.mean_cosine())
                 }
@@ -51,7 +59,8 @@ impl<'a> GuidedVertex<'a> {
                     incident.product_with_cosine(if wo.dot(normal) < 0.0 { -normal } else { normal })
                 }
                 Vertex::Surface { .. } => incident.mixture().clone(),
-            })
+            };
+            Some(Guide { mixture, n_samples: region.n_samples() })
         });
         Self { vertex, guide }
     }
@@ -60,6 +69,14 @@ impl<'a> GuidedVertex<'a> {
     #[inline]
     pub(super) fn is_guided(&self) -> bool {
         self.guide.is_some()
+    }
+
+    /// Tells what guides it, if anything does.
+    #[inline]
+    pub(super) fn record(&self, recorder: &mut Recorder) {
+        if let Some(Guide { mixture, n_samples }) = &self.guide {
+            recorder.guide(*n_samples, mixture.len());
+        }
     }
 
     /// Value for light arriving from `wi` (with the cosine at surfaces), and the density per steradian with which
@@ -73,7 +90,7 @@ impl<'a> GuidedVertex<'a> {
     #[inline]
     fn mixed(&self, own: f32, wi: Vec3A) -> f32 {
         match &self.guide {
-            Some(guide) => SHARE * guide.pdf(wi) + (1.0 - SHARE) * own,
+            Some(guide) => SHARE * guide.mixture.pdf(wi) + (1.0 - SHARE) * own,
             None => own,
         }
     }
@@ -83,7 +100,7 @@ impl<'a> GuidedVertex<'a> {
     pub(super) fn sample(&self, [u, v, lobe, choice]: [f32; 4]) -> Option<NextDirection> {
         let Some(guide) = &self.guide else { return self.vertex.sample([u, v, lobe]) };
         if choice < SHARE {
-            let direction = guide.sample(Vec2::new(u, v)).direction;
+            let direction = guide.mixture.sample(Vec2::new(u, v)).direction;
             let (value, pdf) = self.evaluate(direction);
             return (value != Rgb::ZERO && pdf > 0.0).then(|| NextDirection {
                 direction,

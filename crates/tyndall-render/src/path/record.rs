@@ -69,12 +69,21 @@ impl Recorder {
         }
     }
 
-    /// A scattering event in a medium with this albedo.
+    /// A scattering event in a medium with this albedo, `t` along the current ray.
     #[inline]
-    pub(super) fn scatter_in_medium(&mut self, albedo: Rgb) {
+    pub(super) fn scatter_in_medium(&mut self, albedo: Rgb, t: f32) {
         if self.first == First::None {
             self.first = First::Medium;
             self.record.albedo = albedo;
+            self.record.volume_depth = self.near_depth + (self.travelled + t) * self.axial_speed;
+        }
+    }
+
+    /// A vertex is guided by so many training samples and lobes.
+    #[inline]
+    pub(super) fn guide(&mut self, n_samples: f32, n_lobes: usize) {
+        if self.record.guide[0] == 0.0 {
+            self.record.guide = [1.0, n_samples, n_lobes as f32];
         }
     }
 

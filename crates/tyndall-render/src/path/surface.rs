@@ -19,7 +19,7 @@ impl Path<'_> {
         statistics: &mut PathStatistics,
     ) -> bool {
         statistics.volume_events += 1;
-        self.recorder.scatter_in_medium(self.throughput);
+        self.recorder.scatter_in_medium(self.throughput, t as f32);
         if !self.count_scatter() {
             return false;
         }
@@ -81,6 +81,7 @@ impl Path<'_> {
         statistics: &mut PathStatistics,
     ) -> bool {
         let vertex = GuidedVertex::new(self, vertex);
+        vertex.record(&mut self.recorder);
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {

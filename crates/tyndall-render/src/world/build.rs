@@ -82,7 +82,7 @@ impl World {
             (0..lights.lights.len()).filter(|&i| lights.lights[i].is_infinite()).collect();
         let materials = materials.finish();
         report_if_dark(&lights, &media, &surfaces, &mut diagnostics);
-        Ok(Self { camera, surfaces, materials, media, lights, infinite_lights, bodies, diagnostics })
+        Ok(Self { origin, camera, surfaces, materials, media, lights, infinite_lights, bodies, diagnostics })
     }
 }
 
