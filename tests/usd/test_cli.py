@@ -79,7 +79,7 @@ def render(scene, out, *arguments):
         (["--resume"], "not available in this version"),
         (["--checkpoint", "60"], "not available in this version"),
         (["--noise-threshold", "0.01"], "not available in this version"),
-        (["--distance-sampling", "nds+"], "not available in this version"),
+        (["--distance-sampling", "nds-"], "nds+"),
         (["--tile-index", "1"], "not available in this version"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",

@@ -22,6 +22,21 @@ pub enum Strategy {
     Odds,
     /// The probability P* of the variance criterion (Xu et al. 2024).
     Target,
+    /// The same probability by normalised free flights, which reach it only under tight majorants (NDS in the paper).
+    Normalized,
+    /// That, with more of the candidates taken as collisions the more light passes (NDS+).
+    NormalizedPlus,
+}
+
+/// Free flights that are cut off to meet the medium more often.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalizedFlights {
+    /// P*, in [0.001, 0.999]: of a candidate before the end.
+    pub target: f32,
+    /// 1/γ in [1/2, 1]: collisions are taken with this power of their probability.
+    pub exponent: f32,
+    /// Share of such flights; the rest is tracked.
+    pub alpha: f32,
 }
 
 /// How a segment decides between scattering and passing.
@@ -29,6 +44,7 @@ pub enum Strategy {
 enum Choice {
     Odds(ScatteringOdds),
     Target(TargetProbability),
+    Normalized(NormalizedFlights),
 }
 
 /// What a segment is told.
@@ -57,6 +73,12 @@ impl SegmentGuide {
         let odds = costs.weigh(moments.stratified_odds());
         let choice = match (strategy, moments.variance_target()) {
             (Strategy::Target, Some(target)) => Choice::Target(TargetProbability::new(target)),
+            (Strategy::Normalized, Some(_)) => Choice::Normalized(NormalizedFlights::new(moments, 1.0)),
+            (Strategy::NormalizedPlus, Some(_)) => {
+                // γ = 1 + T, T the mean transmittance.
+                let gamma = 1.0 + (moments.t / moments.n).clamp(0.0, 1.0);
+                Choice::Normalized(NormalizedFlights::new(moments, 1.0 / gamma))
+            }
             _ => Choice::Odds(odds),
         };
         let majorant_scale = majorant_scale(moments, &choice);
@@ -69,6 +91,20 @@ impl SegmentGuide {
         match self.choice {
             Choice::Odds(odds) => odds.select_probability(w, t_hat, ALPHA),
             Choice::Target(target) => target.select_probability(w, t_hat, majorant_depth, ALPHA),
+            Choice::Normalized(flights) => {
+                // In closed form, and only to raise tracking's probability.
+                let target = flights.target.max(w / (w + t_hat));
+                TargetProbability::new(target).select_probability(w, t_hat, f32::INFINITY, flights.alpha)
+            }
+        }
+    }
+
+    /// How flights are to be normalised, if candidates are not to be resampled.
+    #[inline]
+    pub fn normalized_flights(&self) -> Option<NormalizedFlights> {
+        match self.choice {
+            Choice::Normalized(flights) => Some(flights),
+            Choice::Odds(_) | Choice::Target(_) => None,
         }
     }
 
@@ -83,7 +119,7 @@ impl SegmentGuide {
     pub fn faint(&self) -> f32 {
         match self.choice {
             Choice::Odds(odds) => FAINT * odds.kappa().min(1.0),
-            Choice::Target(_) => FAINT,
+            Choice::Target(_) | Choice::Normalized(_) => FAINT,
         }
     }
 
@@ -94,11 +130,22 @@ impl SegmentGuide {
     }
 }
 
+impl NormalizedFlights {
+    /// P* by variance: κW̄/(κW̄+T̄). Such walks tell W and T̂ only as the weight of what they chose, so that P* cannot be
+    /// read off sums of squares as for [`Strategy::Target`]; κ can, its denominators having the same weights.
+    fn new(moments: &Moments, exponent: f32) -> Self {
+        let target = moments.odds().predicted_probability(moments.w, moments.t);
+        Self { target: TargetProbability::new(target).target(), exponent, alpha: ALPHA }
+    }
+}
+
 /// The factor that lets the probability to expect be reached: [`headroom_depth`] against the mean optical depth.
 fn majorant_scale(moments: &Moments, choice: &Choice) -> f32 {
     let predicted = match choice {
         Choice::Odds(odds) => odds.predicted_probability(moments.w, moments.t),
         Choice::Target(target) => target.target(),
+        // Every null candidate takes it further from its target.
+        Choice::Normalized(_) => return 1.0,
     };
     let depth = -(moments.t / moments.n).ln();
     if depth > 0.0 && depth.is_finite() {

@@ -42,6 +42,8 @@ impl RenderGuide {
         let strategy = match settings.distance_sampling {
             DistanceSampling::Odds => Some(Strategy::Odds),
             DistanceSampling::Target => Some(Strategy::Target),
+            DistanceSampling::Nds => Some(Strategy::Normalized),
+            DistanceSampling::NdsPlus => Some(Strategy::NormalizedPlus),
             // `Auto` would have to measure what pays; until it does, tracking is the better bet.
             DistanceSampling::Auto | DistanceSampling::Delta => None,
         };

@@ -25,6 +25,11 @@ pub enum DistanceSampling {
     Odds,
     /// Volume scattering probability guiding by a learned probability, as published.
     Target,
+    /// Normalised free flights, for comparison.
+    Nds,
+    /// Normalised free flights that take more candidates as collisions, for comparison.
+    #[serde(rename = "nds+")]
+    NdsPlus,
     /// By transmittance alone.
     Delta,
 }
@@ -169,7 +174,7 @@ impl RenderSettings {
         text(
             "distanceSampling",
             "token",
-            &["auto", "odds", "target", "delta"],
+            &["auto", "odds", "target", "nds", "nds+", "delta"],
             "How camera rays choose where to scatter; auto is delta in this version.",
         ),
         text(

@@ -33,6 +33,6 @@ pub use point::{collision_density, scattering_at};
 pub use tint::Tint;
 pub use transmittance::transmittance;
 pub use walk::{
-    Candidate, CandidateSums, CandidateVisitor, Cell, Event, ResampleOptions, Resampled, Segment, Walk,
-    WalkStats, resample_collision, sample_collision,
+    Candidate, CandidateSums, CandidateVisitor, Cell, Event, Normalization, ResampleOptions, Resampled,
+    Segment, Walk, WalkStats, resample_collision, sample_collision,
 };

@@ -14,11 +14,13 @@ mod channels;
 mod closed_form;
 mod emission;
 mod homogeneous;
+mod normalized;
 mod resample;
 mod segment;
 mod single_grid;
 mod track;
 
+pub use normalized::Normalization;
 pub use resample::{CandidateSums, ResampleOptions, Resampled, resample_collision};
 pub use segment::{Cell, Segment};
 pub use track::{Candidate, CandidateVisitor};

@@ -29,7 +29,6 @@ _LATER_OPTIONS: dict[str, int | None] = {
 }
 _LATER_COMMANDS = ("cache", "compare", "bench", "job")
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
-_DISTANCE_SAMPLING_LATER = ("nds", "nds+")
 _GUIDING = ("auto", "on", "off")
 
 
@@ -81,8 +80,6 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
         An option is unknown, lacks a value, has a wrong one, or belongs to a later version.
     """
     options = make_parser().parse_args(arguments)
-    if getattr(options, "distance_sampling", None) in _DISTANCE_SAMPLING_LATER:
-        raise UsageError(f"--distance-sampling {options.distance_sampling} is not available in this version")
     if options.command in _LATER_COMMANDS:
         raise UsageError(f"tyndall {options.command} is not available in this version")
     return options

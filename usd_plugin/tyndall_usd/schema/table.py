@@ -34,7 +34,7 @@ SETTINGS: tuple[Setting, ...] = (
         "token",
         "auto",
         "How camera rays choose where to scatter; auto is delta in this version.",
-        ("auto", "odds", "target", "delta"),
+        ("auto", "odds", "target", "nds", "nds+", "delta"),
     ),
     Setting(
         "guiding",

@@ -5,9 +5,9 @@ use super::lesson::Lesson;
 use super::training::SegmentEnding;
 use super::{FirstChoice, Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
-use tyndall_guiding::{EventClass, SegmentGuide};
+use tyndall_guiding::{EventClass, NormalizedFlights, SegmentGuide};
 use tyndall_math::{Ray, Rgb};
-use tyndall_volume::{PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
+use tyndall_volume::{Normalization, PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
 
 /// Where the path goes on.
 pub(super) enum Event {
@@ -99,7 +99,16 @@ impl Path<'_> {
         scratch: &Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
-        let options = ResampleOptions { majorant_scale: guide.majorant_scale(), faint: guide.faint() };
+        let flights = guide.normalized_flights();
+        let options = ResampleOptions {
+            majorant_scale: guide.majorant_scale(),
+            faint: guide.faint(),
+            normalization: flights.map(|NormalizedFlights { target, exponent, alpha }| Normalization {
+                target,
+                exponent,
+                alpha,
+            }),
+        };
         let resampled = resample_collision(
             self.world.media(),
             &scratch.spans,
@@ -116,7 +125,9 @@ impl Path<'_> {
         let scatters = class == EventClass::Volume;
         let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };
         self.end_lesson(SegmentEnding { class, probability, sums: resampled.sums, t });
-        self.recorder.choose(resampled.probability, scatters);
+        // Normalised flights do not know their probability, only what it should be.
+        let wanted = flights.map_or(resampled.probability, |flights| flights.target);
+        self.recorder.choose(wanted, scatters);
         self.lesson = Some(Lesson::new(self, &resampled, ray.t_max, statistics));
         resampled.walk
     }

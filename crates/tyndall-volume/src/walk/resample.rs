@@ -15,7 +15,7 @@ use super::channels::channel_weights;
 use super::homogeneous::Transmitted;
 use super::segment::{Cell, Segment};
 use super::track::{Candidate, CandidateVisitor, NullPath};
-use super::{Event, Present, Walk, WalkStats, emission};
+use super::{Event, Normalization, Present, Walk, WalkStats, emission, normalized};
 use crate::medium::{Medium, Span};
 use glam::Vec3A;
 use std::ops::ControlFlow;
@@ -58,6 +58,9 @@ pub struct ResampleOptions {
     pub majorant_scale: f32,
     /// T̂ below which the walk must survive a roulette to see more of the medium.
     pub faint: f32,
+    /// Instead of resampling candidates, where there are grids: P_v is not asked for, and is 1 or 0 when all is over. The
+    /// sums are the weight of what was chosen, and 0.
+    pub normalization: Option<Normalization>,
 }
 
 /// What can happen on a segment, and how likely delta tracking finds it.
@@ -70,6 +73,8 @@ pub(super) struct Outcomes {
 
 /// Samples a scattering on the segment, or its end, with the probability that `choose` returns, strictly between 0 and 1;
 /// it is not asked where W or T̂ is 0. `u` in [0, 1) decides; in homogeneous media it gives the distance as well.
+///
+/// Homogeneous media are always resampled: NDS is the same there, since W is exact and every candidate real.
 ///
 /// The other arguments are those of [`super::sample_collision`].
 #[allow(clippy::too_many_arguments, reason = "the arguments of the other walks and how to guide this one")]
@@ -123,6 +128,11 @@ fn resample(
         return decide(&transmitted.outcomes(), choose, u, rng, |u, rng| {
             transmitted.scatter(&mut Segment::new(media, spans, ray), u, rng)
         });
+    }
+    if let Some(normalization) = options.normalization {
+        let how = (normalization, options.majorant_scale);
+        let walked = &mut Segment::new(media, spans, ray);
+        return normalized::sample(walked, &mut segment, channels, how, u, rng, stats);
     }
     let mut reservoir = Reservoir {
         path: NullPath::new(channels),

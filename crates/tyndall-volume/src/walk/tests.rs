@@ -9,6 +9,7 @@ use crate::testing::{
 use crate::{BrickGrid, Emission, Phase, SparseVoxels, Tint};
 use glam::{Affine3A, IVec3, Vec3, Vec3A};
 
+mod normalized;
 mod resample;
 
 const WHITE: Rgb = Rgb::ONE;

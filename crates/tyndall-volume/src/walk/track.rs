@@ -46,6 +46,11 @@ pub trait CandidateVisitor {
     /// 1 for the channels the majorant must bound from here on, 0 for those that no longer matter.
     fn live(&self) -> Vec3A;
 
+    /// Majorant depth up to the next candidate: by tracking, exponentially distributed.
+    fn free_flight(&mut self, rng: &mut Pcg) -> f64 {
+        f64::from(rng.next_exponential())
+    }
+
     /// The next candidate.
     fn visit(
         &mut self,
@@ -53,6 +58,9 @@ pub trait CandidateVisitor {
         candidate: &Candidate,
         rng: &mut Pcg,
     ) -> ControlFlow<Self::Outcome>;
+
+    /// The segment ends with so much of the last flight unused.
+    fn reach_end(&mut self, _unused: f64) {}
 }
 
 impl Segment<'_> {
@@ -66,7 +74,7 @@ impl Segment<'_> {
         rng: &mut Pcg,
         stats: &mut WalkStats,
     ) -> Option<V::Outcome> {
-        let mut remaining = f64::from(rng.next_exponential());
+        let mut remaining = visitor.free_flight(rng);
         while let Some(cell) = self.next_cell() {
             match visitor.enter(&cell) {
                 ControlFlow::Break(outcome) => return Some(outcome),
@@ -82,7 +90,7 @@ impl Segment<'_> {
                     break;
                 }
                 s += remaining / rate;
-                remaining = f64::from(rng.next_exponential());
+                remaining = visitor.free_flight(rng);
                 let t = (cell.t0 + s).min(cell.t1);
                 let candidate = self.candidate(&cell, t, sigma_bar, stats);
                 if let ControlFlow::Break(outcome) = visitor.visit(self, &candidate, rng) {
@@ -90,6 +98,7 @@ impl Segment<'_> {
                 }
             }
         }
+        visitor.reach_end(remaining);
         None
     }
 

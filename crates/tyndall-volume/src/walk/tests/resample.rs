@@ -49,7 +49,7 @@ fn resampled(
 }
 
 fn options(majorant_scale: f32, faint: f32) -> ResampleOptions {
-    ResampleOptions { majorant_scale, faint }
+    ResampleOptions { majorant_scale, faint, normalization: None }
 }
 
 /// Every choice, with and without slack and roulette.
@@ -123,7 +123,7 @@ fn any_choice_has_the_same_mean_distance() {
 }
 
 /// A grid of constant density 1 from the origin to 2, in which a ray runs along x.
-fn constant() -> (BrickGrid, Affine3A, Ray) {
+pub(super) fn constant() -> (BrickGrid, Affine3A, Ray) {
     let values = [1f32; 512];
     let leaves = (0..8).map(|i| ([(i & 1) * 8, (i >> 1 & 1) * 8, (i >> 2) * 8], &values[..])).collect();
     let grid = BrickGrid::build(&SparseVoxels { leaves, ..Default::default() }).0;
