@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from support.render import Shot
+from support.render import Shot, tyndall
 from support.stages import StageBuilder
 from support.statistics import estimate
 
@@ -56,6 +56,47 @@ def test_means_agree_at_any_sample_count(
     found, expected = estimate(images), estimate(unguided)
     z = (found.mean - expected.mean) / np.hypot(found.error, expected.error)
     assert (found.error < 0.01 * expected.mean).all(), f"not sharp enough: {found}"
+    assert (np.abs(z) < 4).all(), f"{found.mean} against {expected.mean}: z {z}"
+
+
+def smoke(folder: Path) -> Shot:
+    """Return uneven smoke over a floor, small enough to be rendered hundreds of times."""
+    values = np.random.default_rng(5).uniform(0.0, 1.0, (16, 16, 16)).astype(np.float32)
+    values[5:9, :, 6:] = 0.0
+    tyndall.write_vdb(str(folder / "smoke.vdb"), "density", values, 0.125, (-1.0, -1.0, -1.0))
+    stage = StageBuilder(8, 8)
+    stage.camera((0, 1.0, 5), (0, 0, 0), vfov=35)
+    stage.volume(folder / "smoke.vdb", stage.medium((1.5, 1.0, 0.6), 0.9, 0.3, field="density"))
+    stage.quad((-4, -1.2, 4), (8, 0, 0), (0, 0, -8), stage.lambert((0.7, 0.5, 0.3)))
+    stage.distant((0.3, -1.0, -0.4), 2.0)
+    return Shot(stage, folder)
+
+
+@pytest.fixture(scope="module")
+def smoke_shot(tmp_path_factory: pytest.TempPathFactory) -> Shot:
+    return smoke(tmp_path_factory.mktemp("smoke"))
+
+
+@pytest.fixture(scope="module")
+def plain_smoke(smoke_shot: Shot) -> Any:
+    plain = {"distanceSampling": "delta", "guiding": "off"}
+    return smoke_shot.seeds(10, spp=4096, max_bounces=BOUNCES, first_seed=900, **plain)
+
+
+@pytest.mark.parametrize("spp", [1, 4, 16, 64])
+@pytest.mark.parametrize(
+    ("sampling", "guiding"),
+    [("odds", "off"), ("target", "off"), ("nds", "off"), ("nds+", "off"), ("odds", "on"), ("nds+", "on")],
+)
+def test_smoke_is_as_bright_however_it_is_sampled(
+    smoke_shot: Shot, plain_smoke: Any, spp: int, sampling: str, guiding: str
+) -> None:
+    """Ten seeds for each pixel at 64 samples, and as many more as the samples are fewer."""
+    settings = {"distanceSampling": sampling, "guiding": guiding}
+    images = smoke_shot.seeds(10 * 64 // spp, spp=spp, max_bounces=BOUNCES, **settings)
+    found, expected = estimate(images), estimate(plain_smoke)
+    z = (found.mean - expected.mean) / np.hypot(found.error, expected.error)
+    assert (found.error < 0.02 * expected.mean).all(), f"not sharp enough: {found}"
     assert (np.abs(z) < 4).all(), f"{found.mean} against {expected.mean}: z {z}"
 
 

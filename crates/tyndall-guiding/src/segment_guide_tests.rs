@@ -69,3 +69,32 @@ fn any_sums_give_probabilities_inside() {
         }
     }
 }
+
+#[test]
+fn normalised_flights_aim_at_the_same_probability_and_never_lower_it() {
+    // Scattered light is twice as bright as the surface, and a quarter of the segments scatter by themselves.
+    let one = Moments { volume_x2: 4.0, volume_x: 2.0, w: 1.0, w2: 1.0, n: 1.0, ..Moments::default() };
+    let other = Moments { surface_x2: 3.0, surface_x: 3.0, t: 3.0, t2: 3.0, n: 3.0, ..Moments::default() };
+    let mut moments = Moments::default();
+    for _ in 0..1000 {
+        moments.merge(&one);
+        moments.merge(&other);
+    }
+    let guide_of = |strategy| SegmentGuide::from_moments(&moments, strategy, &ClassCosts::default());
+    assert_eq!(guide_of(Strategy::Target).normalized_flights(), None);
+    assert_eq!(SegmentGuide::default().normalized_flights(), None);
+    let nds = guide_of(Strategy::Normalized).normalized_flights().unwrap();
+    // κW̄/(κW̄+T̄) with κ = 2.
+    assert!((nds.target - 0.4).abs() < 1e-3, "{nds:?}");
+    assert_eq!(nds.exponent, 1.0);
+    let plus = guide_of(Strategy::NormalizedPlus);
+    let flights = plus.normalized_flights().unwrap();
+    assert_eq!(flights.target, nds.target);
+    assert!((flights.exponent - 1.0 / 1.75).abs() < 1e-6, "{flights:?}");
+    assert_eq!(plus.majorant_scale(), 1.0);
+    // In closed form: the target where tracking is below it, tracking where it is above.
+    let probability = |w: f32| plus.select_probability(w, 1.0 - w, f32::INFINITY);
+    assert!((probability(0.2) - (0.75 * flights.target + 0.25 * 0.2)).abs() < 1e-6);
+    assert!((probability(0.9) - 0.9).abs() < 1e-6);
+    assert_eq!((probability(0.0), probability(1.0)), (0.0, 1.0));
+}

@@ -42,6 +42,37 @@ fn weighted(mixture: &VmfMixture, n: usize) -> Vec<DirectionSample> {
     (0..n).map(sample).collect()
 }
 
+#[test]
+fn the_narrowest_lobes_are_recovered_and_stay_finite() {
+    for kappa in [2e3, 3e4, 3e5] {
+        let mean = Vec3A::new(0.48, -0.6, 0.64);
+        let sharp =
+            VmfMixture::from_lobes([(0.7, VmfLobe::new(mean, kappa)), (0.3, VmfLobe::new(Vec3A::X, 2.0))]);
+        let samples = drawn(&sharp, 20_000);
+        let start = [
+            (0.5, VmfLobe::new((mean + Vec3A::splat(0.02)).normalize(), 300.0)),
+            (0.5, VmfLobe::new(Vec3A::X, 5.0)),
+        ];
+        let mut fitted = VmfMixture::from_lobes(start);
+        for _ in 0..40 {
+            fitted = SufficientStatistics::from_samples(&fitted, &samples).maximise(&fitted);
+        }
+        let (weight, lobe) = fitted.lobe(0);
+        assert!((weight - 0.7).abs() < 0.02, "κ = {kappa}: weight {weight}");
+        assert!(
+            (lobe.mean() - mean).length() < 4.0 / (kappa * 14_000.0).sqrt() + 1e-6,
+            "κ = {kappa}: {}",
+            lobe.mean()
+        );
+        // 1/κ is one less the mean cosine. The prior adds 0.2 of 14,000 samples that point nowhere; sums in f32 know the
+        // rest to 1e-5, which is a factor of two for the narrowest lobe.
+        let expected = 1.0 / kappa + 0.2 / 14_000.0;
+        let found = 1.0 / lobe.kappa();
+        assert!((found - expected).abs() < 1.2e-5 + 0.05 * expected, "κ = {kappa}: {found} for {expected}");
+        assert!(fitted.pdf(mean).is_finite() && fitted.pdf(-mean) > 0.0);
+    }
+}
+
 /// A start near the truth: one broad lobe per true one.
 fn near() -> VmfMixture {
     let truth = truth();
