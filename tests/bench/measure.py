@@ -47,6 +47,8 @@ class Measurement:
     renderer: str
     spp: int
     cpu_seconds: float
+    # Those after the scene was built, where the renderer tells.
+    sampling_seconds: float
     wall_seconds: float
     relative_mse: float
     mean_ratio: float
@@ -118,7 +120,7 @@ class Worker:
         return json.loads(line)
 
     def render(self, spp: int) -> dict[str, Any]:
-        """Render with a new seed; return spp, cpu_seconds, wall_seconds and the image's file."""
+        """Render with a new seed; return spp, the seconds of a Measurement and the image's file."""
         assert self._process.stdin is not None
         self._seed += 1
         self._process.stdin.write(json.dumps({"spp": spp, "seed": self._seed}) + "\n")
@@ -185,7 +187,7 @@ def ladder(measure: Callable[[int], Measurement], threads: int, times: Sequence[
 def samples_per_second(measurements: Sequence[Measurement], threads: int) -> float:
     """Return samples a pixel in a second of CPU time a thread, from the longest render."""
     longest = max(measurements, key=lambda m: m.cpu_seconds)
-    return longest.spp / (longest.cpu_seconds / threads)
+    return longest.spp / (longest.sampling_seconds / threads)
 
 
 def error_at(measurements: Sequence[Measurement], threads: int, seconds: float) -> float:
@@ -214,5 +216,5 @@ def alternate(ours: Worker, theirs: Worker, rates: dict[str, float], count: int 
     for turn in range(count):
         for worker in workers if turn % 2 == 0 else reversed(workers):
             done = worker.render(spp[worker.renderer])
-            speeds[worker.renderer].append(done["spp"] / (done["cpu_seconds"] / worker.threads))
+            speeds[worker.renderer].append(done["spp"] / (done["sampling_seconds"] / worker.threads))
     return Pairs(ours.scene, theirs.renderer, speeds[ours.renderer], speeds[theirs.renderer])

@@ -15,7 +15,7 @@ def renderer(setup: float, per_sample: float):
 
     def measure(spp: int) -> Measurement:
         cpu = THREADS * (setup + per_sample * spp)
-        return Measurement("scene", "renderer", spp, cpu, cpu, 1 / spp, 1.0, (1.0, 1.0, 1.0))
+        return Measurement("scene", "renderer", spp, cpu, cpu, cpu, 1 / spp, 1.0, (1.0, 1.0, 1.0))
 
     return measure
 

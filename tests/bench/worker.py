@@ -3,7 +3,9 @@
 Its own process, so that CPU time is the renderer's, and one that stays, so that nothing is compiled twice.
 Usage: ``worker.py RENDERER SCENE_JSON OUT_FOLDER --threads N``. Says ``{}`` when it is ready; every line
 ``{"spp": n, "seed": s}`` on its input is answered by one line with the CPU and wall seconds of that render
-and the file of its image. Whatever a renderer prints goes to the error stream.
+and the file of its image. ``sampling_seconds`` are the CPU seconds without what a renderer does each time
+before its first sample: we build our world then, Mitsuba when it loads the scene. Whatever a renderer prints
+goes to the error stream.
 """
 
 from __future__ import annotations
@@ -15,16 +17,18 @@ import resource
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-Render = Callable[[int, int], np.ndarray]
+# Takes samples a pixel and a seed, and gets ready.
+Prepare = Callable[[int, int], Callable[[], np.ndarray]]
 # Mitsuba keeps all paths of a pass in memory; longer renders are sums of passes.
 SAMPLES_PER_PASS = 16
 
 
-def tyndall(scene: Path, threads: int) -> Render:
+def tyndall(scene: Path, threads: int) -> Prepare:
     """Return a function that renders with our renderer from the USD twin of the scene."""
     import tyndall
     from support.render import sync_stage
@@ -39,25 +43,25 @@ def tyndall(scene: Path, threads: int) -> Render:
         "aovs": ["rgba"],
     }
 
-    def render(spp: int, seed: int) -> np.ndarray:
-        film = tyndall.Session(committed, {**settings, "samples": spp, "seed": seed}).render()
-        return np.array(film.aov("rgba"))[..., :3]
+    def prepare(spp: int, seed: int) -> Callable[[], np.ndarray]:
+        session = tyndall.Session(committed, {**settings, "samples": spp, "seed": seed})
+        return lambda: np.array(session.render().aov("rgba"))[..., :3]
 
-    return render
+    return prepare
 
 
-def cycles(scene: Path, threads: int) -> Render:
+def cycles(scene: Path, threads: int) -> Prepare:
     """Return the same for Cycles."""
     import cycles_scene
 
     cycles_scene.load(scene, threads)
-    return cycles_scene.render
+    return lambda spp, seed: partial(cycles_scene.render, spp, seed)
 
 
-def mitsuba(variant: str) -> Callable[[Path, int], Render]:
+def mitsuba(variant: str) -> Callable[[Path, int], Prepare]:
     """Return the same for a variant of Mitsuba 3."""
 
-    def build(scene: Path, threads: int) -> Render:
+    def build(scene: Path, threads: int) -> Prepare:
         import drjit
         import mitsuba as mi
 
@@ -76,12 +80,12 @@ def mitsuba(variant: str) -> Callable[[Path, int], Render]:
                 total = total + np.array(mi.render(loaded, spp=samples, seed=seed * 4096 + i)) * samples
             return total / spp
 
-        return render
+        return lambda spp, seed: partial(render, spp, seed)
 
     return build
 
 
-RENDERERS: dict[str, Callable[[Path, int], Render]] = {
+RENDERERS: dict[str, Callable[[Path, int], Prepare]] = {
     "tyndall": tyndall,
     "cycles": cycles,
     "mitsuba-llvm": mitsuba("llvm_ad_rgb"),
@@ -110,18 +114,22 @@ def main() -> None:
         answers.write(json.dumps(value) + "\n")
         answers.flush()
 
-    render = RENDERERS[arguments.renderer](arguments.scene, arguments.threads)
+    prepare = RENDERERS[arguments.renderer](arguments.scene, arguments.threads)
     # The first render compiles kernels or loads libraries, which is not what is measured.
-    render(1, 0)
+    prepare(1, 0)()
     answer({})
     for line in sys.stdin:
         wanted = json.loads(line)
         cpu, wall = cpu_seconds(), time.perf_counter()
-        image = render(wanted["spp"], wanted["seed"])
+        render = prepare(wanted["spp"], wanted["seed"])
+        prepared = cpu_seconds()
+        image = render()
+        sampling = cpu_seconds() - prepared
         cpu, wall = cpu_seconds() - cpu, time.perf_counter() - wall
         file = arguments.out / f"{arguments.scene.stem}_{arguments.renderer}_{wanted['spp']}.npy"
         np.save(file, image.astype(np.float32))
-        answer({"spp": wanted["spp"], "cpu_seconds": cpu, "wall_seconds": wall, "image": file.name})
+        seconds = {"cpu_seconds": cpu, "sampling_seconds": sampling, "wall_seconds": wall}
+        answer({"spp": wanted["spp"], **seconds, "image": file.name})
 
 
 if __name__ == "__main__":

@@ -7,6 +7,7 @@
 
 mod path_sampler;
 mod pcg;
+mod sobol;
 
 pub use path_sampler::PathSampler;
 pub use pcg::Pcg;

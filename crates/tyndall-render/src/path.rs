@@ -7,6 +7,7 @@
 
 mod direct;
 mod equiangular;
+mod guidance;
 mod guided;
 mod lesson;
 mod record;
@@ -17,6 +18,7 @@ mod surface;
 mod training;
 mod vertex;
 
+pub(crate) use guidance::Guides;
 use lesson::Learned;
 pub use statistics::PathStatistics;
 
@@ -25,11 +27,10 @@ use crate::filter::sample_offset;
 use crate::world::{SegmentEnd, World, WorldScratch};
 use equiangular::Rival;
 use glam::{Vec2, Vec3A};
-use lesson::Lesson;
+use guidance::{Guidance, Guided, Unguided};
 use record::Recorder;
-use training::Trail;
-use tyndall_guiding::field::{Field, TrainingSample};
-use tyndall_guiding::{EventClass, SegmentGuide};
+use tyndall_guiding::EventClass;
+use tyndall_guiding::field::TrainingSample;
 use tyndall_math::Ray;
 use tyndall_math::Rgb;
 use tyndall_math::random::{PathSampler, Pcg};
@@ -44,9 +45,6 @@ pub(crate) struct Integrator<'a> {
     seed: u64,
     max_scatter: u32,
 }
-
-/// Tells the numbers of [`Shifts`] from all others.
-const SHIFT_PURPOSE: u64 = u64::MAX - 1;
 
 /// Working memory of one worker, reused over its samples.
 pub(crate) type Scratch = WorldScratch;
@@ -67,7 +65,7 @@ struct Origin {
 }
 
 /// A path in the making.
-struct Path<'a> {
+struct Path<'a, G> {
     world: &'a World,
     sampler: PathSampler,
     /// Numbers of unbounded count: free-flight candidates, ratio tracking.
@@ -83,52 +81,10 @@ struct Path<'a> {
     recorder: Recorder,
     /// The same as in [`Origin`], of the collision at hand.
     rival: Option<Rival>,
-    /// How the camera's segment chooses between volume and surface; taken there.
-    first_choice: Option<FirstChoice>,
-    /// What that choice was, until the path's end tells what it was worth.
-    lesson: Option<Lesson>,
-    field: Option<&'a Field>,
-    shifts: Shifts,
-    trail: Trail,
-}
-
-/// The choice between volume and surface on the camera's segment: most of the noise in thin media.
-struct FirstChoice {
-    /// A stratified number (a quarter less error in the jungle at 64 samples).
-    u: f32,
-    /// `None` tracks.
-    guide: Option<SegmentGuide>,
-}
-
-/// What guides a path; nothing by default.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Guides<'a> {
-    /// The choice between volume and surface on the camera's segment.
-    pub(crate) camera: Option<SegmentGuide>,
-    /// Directions at all vertices.
-    pub(crate) field: Option<&'a Field>,
-    /// How often they have learned. What a guide says depends on a pixel's earlier samples, and so do stratified
-    /// numbers: those that are compared with guided probabilities are shifted anew after every lesson, or the image
-    /// would be biased (by 1 % at two samples a pixel, where neighbours are few).
-    pub(crate) epoch: u32,
-}
-
-/// Shifts of stratified numbers, modulo 1 (Cranley & Patterson 1976); the same for all samples of a pixel in an epoch,
-/// which stay stratified among each other.
-struct Shifts(Option<Pcg>);
-
-impl Shifts {
-    fn new(seed: u64, pixel: u64, epoch: u32) -> Self {
-        Self((epoch > 0).then(|| Pcg::new(&[seed, pixel, u64::from(epoch), SHIFT_PURPOSE])))
-    }
-
-    #[inline]
-    fn apply(&mut self, u: f32) -> f32 {
-        match &mut self.0 {
-            Some(shifts) => (u + shifts.next_f32()).fract(),
-            None => u,
-        }
-    }
+    /// Chooses between volume and surface on the camera's segment, and is taken there: most of the noise in thin media, so
+    /// it is stratified (a quarter less error in the jungle at 64 samples).
+    first_choice: Option<f32>,
+    guidance: G,
 }
 
 /// What one path gives.
@@ -159,23 +115,45 @@ impl<'a> Integrator<'a> {
         pixel: [u32; 2],
         sample: u64,
         guides: Guides<'_>,
-        mut training: Option<&mut Vec<TrainingSample>>,
+        training: Option<&mut Vec<TrainingSample>>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> PathSample {
         let pixel_id = u64::from(pixel[1]) * u64::from(self.resolution[0]) + u64::from(pixel[0]);
-        let mut sampler = PathSampler::new(self.seed, pixel_id, sample);
+        let sampler = PathSampler::new(self.seed, pixel_id, sample);
+        if guides.is_empty() && training.is_none() {
+            let path = self.traced(pixel, sampler, Unguided, scratch, statistics);
+            return PathSample { record: self.finish(path.recorder), learned: None };
+        }
+        let guidance = Guided::new(guides, training.is_some(), self.seed, pixel_id);
+        let mut path = self.traced(pixel, sampler, guidance, scratch, statistics);
+        if let Some(samples) = training {
+            path.teach(samples);
+        }
+        let learned = path.guidance.lesson.take().map(|lesson| lesson.learn(&path.recorder, statistics));
+        PathSample { record: self.finish(path.recorder), learned }
+    }
+
+    /// A path from the camera to its end.
+    #[inline]
+    fn traced<G: Guidance>(
+        &self,
+        pixel: [u32; 2],
+        mut sampler: PathSampler,
+        mut guidance: G,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Path<'_, G> {
         let [film_x, film_y, lens_x, lens_y] = sampler.next_4d();
         let offset = sample_offset(self.filter, Vec2::new(film_x, film_y));
         let on_image = (Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset)
             / Vec2::new(self.resolution[0] as f32, self.resolution[1] as f32);
         // Without a lens the numbers for it are free.
         let has_lens = self.world.camera().has_lens();
-        let mut shifts = Shifts::new(self.seed, pixel_id, guides.epoch);
-        let first_choice = self.world.has_media().then(|| FirstChoice {
-            u: shifts.apply(if has_lens { sampler.next_4d()[0] } else { lens_x }),
-            guide: guides.camera,
-        });
+        let first_choice = self
+            .world
+            .has_media()
+            .then(|| guidance.shift(if has_lens { sampler.next_4d()[0] } else { lens_x }));
         let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
         let mut path = Path {
             world: self.world,
@@ -196,10 +174,7 @@ impl<'a> Integrator<'a> {
             recorder: Recorder::new(&camera_ray),
             rival: None,
             first_choice,
-            lesson: None,
-            field: guides.field,
-            shifts,
-            trail: Trail::new(training.is_some()),
+            guidance,
         };
         statistics.paths += 1;
         if self.world.has_media() {
@@ -207,15 +182,15 @@ impl<'a> Integrator<'a> {
         } else {
             path.trace::<false>(scratch, statistics);
         }
-        if let Some(samples) = &mut training {
-            path.teach(samples);
-        }
-        let learned = path.lesson.take().map(|lesson| lesson.learn(&path, statistics));
-        PathSample { record: path.recorder.finish(self.world.camera().exposure_scale()), learned }
+        path
+    }
+
+    fn finish(&self, recorder: Recorder) -> SampleRecord {
+        recorder.finish(self.world.camera().exposure_scale())
     }
 }
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// The path loop. `MEDIA` compiles the media out of scenes that have none.
     fn trace<const MEDIA: bool>(&mut self, scratch: &mut Scratch, statistics: &mut PathStatistics) {
         loop {

@@ -19,9 +19,11 @@ pub(super) fn box_interval(origin: DVec3, direction: DVec3, min: DVec3, max: DVe
             continue;
         }
         let inverse = 1.0 / d;
-        let (a, b) = ((min[axis] - o) * inverse, (max[axis] - o) * inverse);
-        enter = enter.max(a.min(b));
-        exit = exit.min(a.max(b));
+        let (first, last) = if d > 0.0 { (min[axis], max[axis]) } else { (max[axis], min[axis]) };
+        let (near, far) = ((first - o) * inverse, (last - o) * inverse);
+        // One instruction each, which `f64::max` is not; NaN changes nothing either.
+        enter = if near > enter { near } else { enter };
+        exit = if far < exit { far } else { exit };
     }
     (enter < exit).then_some([enter, exit])
 }

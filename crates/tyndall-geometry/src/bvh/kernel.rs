@@ -21,7 +21,9 @@ const TINY_DIRECTION: f32 = 1e-36;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct BoxRay {
     pub(crate) origin: [f32; 3],
-    pub(crate) inverse_direction: [f32; 3],
+    /// One over the direction, with [`BOX_SLACK`] for the planes the ray meets first and for those it meets last.
+    pub(crate) near_inverse: [f32; 3],
+    pub(crate) far_inverse: [f32; 3],
     /// Row of [`Node::bounds`] which the ray meets first on each axis; the other of the axis is `row ^ 1`.
     pub(crate) near_row: [usize; 3],
 }
@@ -30,10 +32,12 @@ impl BoxRay {
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Self {
         let invert = |d: f32| 1.0 / if d.abs() < TINY_DIRECTION { TINY_DIRECTION.copysign(d) } else { d };
-        let d = ray.direction.to_array();
+        let d = ray.direction;
+        let inverse = Vec3A::new(invert(d.x), invert(d.y), invert(d.z));
         Self {
             origin: ray.origin.to_array(),
-            inverse_direction: d.map(invert),
+            near_inverse: (inverse * (1.0 - BOX_SLACK)).to_array(),
+            far_inverse: (inverse * (1.0 + BOX_SLACK)).to_array(),
             near_row: std::array::from_fn(|axis| 2 * axis + usize::from(d[axis].is_sign_negative())),
         }
     }

@@ -122,8 +122,12 @@ mod x86 {
         let (low, high) =
             unsafe { (node.bounds.get_unchecked(near_row), node.bounds.get_unchecked(near_row ^ 1)) };
         let o = _mm256_set1_ps(ray.origin[axis]);
-        let inv = _mm256_set1_ps(ray.inverse_direction[axis]);
-        (_mm256_mul_ps(_mm256_sub_ps(load8(low), o), inv), _mm256_mul_ps(_mm256_sub_ps(load8(high), o), inv))
+        let to_near = _mm256_set1_ps(ray.near_inverse[axis]);
+        let to_far = _mm256_set1_ps(ray.far_inverse[axis]);
+        (
+            _mm256_mul_ps(_mm256_sub_ps(load8(low), o), to_near),
+            _mm256_mul_ps(_mm256_sub_ps(load8(high), o), to_far),
+        )
     }
 
     #[inline]
@@ -133,9 +137,8 @@ mod x86 {
         let (near_y, far_y) = slab(node, ray, 1);
         let (near_z, far_z) = slab(node, ray, 2);
         let near = _mm256_max_ps(_mm256_max_ps(near_x, near_y), _mm256_max_ps(near_z, _mm256_setzero_ps()));
-        let far = _mm256_min_ps(_mm256_min_ps(far_x, far_y), _mm256_min_ps(far_z, _mm256_set1_ps(t_max)));
-        let near = _mm256_mul_ps(near, _mm256_set1_ps(1.0 - BOX_SLACK));
-        let far = _mm256_mul_ps(far, _mm256_set1_ps(1.0 + BOX_SLACK));
+        let t_max = _mm256_set1_ps(t_max * (1.0 + BOX_SLACK));
+        let far = _mm256_min_ps(_mm256_min_ps(far_x, far_y), _mm256_min_ps(far_z, t_max));
         // SAFETY: `entry` has room for the eight values written; unaligned stores are allowed.
         unsafe { _mm256_storeu_ps(entry.as_mut_ptr(), near) };
         _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(near, far)) as u32
@@ -170,20 +173,19 @@ mod x86 {
         let (a, b, c) = (corner(block, ray, 0), corner(block, ray, 1), corner(block, ray, 2));
         let (mut u, mut v, mut w) = (edge(b, c), edge(c, a), edge(a, b));
         let zero = _mm_setzero_ps();
-        let is_zero =
-            _mm_or_ps(_mm_or_ps(_mm_cmpeq_ps(u, zero), _mm_cmpeq_ps(v, zero)), _mm_cmpeq_ps(w, zero));
-        let zeros = _mm_movemask_ps(is_zero) as u32;
-        if zeros != 0 {
-            [u, v, w] = exact_lanes(zeros, [a, b, c], [u, v, w]);
-        }
-        let any_negative =
-            _mm_or_ps(_mm_or_ps(_mm_cmplt_ps(u, zero), _mm_cmplt_ps(v, zero)), _mm_cmplt_ps(w, zero));
-        let any_positive =
-            _mm_or_ps(_mm_or_ps(_mm_cmpgt_ps(u, zero), _mm_cmpgt_ps(v, zero)), _mm_cmpgt_ps(w, zero));
-        // Exactly one of the two: a triangle with neither has a vanishing determinant. Absent lanes have neither.
-        let inside = _mm_xor_ps(any_negative, any_positive);
+        let (least, most) = (_mm_min_ps(_mm_min_ps(u, v), w), _mm_max_ps(_mm_max_ps(u, v), w));
+        // All on one side, or on an edge. Absent lanes are NaN and on neither.
+        let mut inside = _mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero));
         if _mm_movemask_ps(inside) == 0 {
             return BlockHits::NONE;
+        }
+        // A zero that decides; one between two signs doesn't.
+        let on_edge = _mm_or_ps(_mm_cmpeq_ps(least, zero), _mm_cmpeq_ps(most, zero));
+        let zeros = _mm_movemask_ps(on_edge) as u32;
+        if zeros != 0 {
+            [u, v, w] = exact_lanes(zeros, [a, b, c], [u, v, w]);
+            let (least, most) = (_mm_min_ps(_mm_min_ps(u, v), w), _mm_max_ps(_mm_max_ps(u, v), w));
+            inside = _mm_or_ps(_mm_cmpge_ps(least, zero), _mm_cmple_ps(most, zero));
         }
         let det = _mm_add_ps(_mm_add_ps(u, v), w);
         let depth = |p: [__m128; 3]| _mm_mul_ps(_mm_set1_ps(ray.scale[2]), p[2]);

@@ -11,22 +11,18 @@ impl Kernel for Portable {
     #[inline(always)]
     fn boxes(self, node: &Node, ray: &BoxRay, t_max: f32, entry: &mut [f32; WIDTH]) -> u32 {
         let mut near = [0f32; WIDTH];
-        let mut far = [t_max; WIDTH];
+        let mut far = [t_max * (1.0 + BOX_SLACK); WIDTH];
         for axis in 0..3 {
             let near_row = ray.near_row[axis];
             let (low, high) = (&node.bounds[near_row], &node.bounds[near_row ^ 1]);
-            let (o, inv) = (ray.origin[axis], ray.inverse_direction[axis]);
+            let (o, to_near, to_far) = (ray.origin[axis], ray.near_inverse[axis], ray.far_inverse[axis]);
             for i in 0..WIDTH {
-                near[i] = near[i].max((low[i] - o) * inv);
-                far[i] = far[i].min((high[i] - o) * inv);
+                near[i] = near[i].max((low[i] - o) * to_near);
+                far[i] = far[i].min((high[i] - o) * to_far);
             }
         }
-        let mut mask = 0;
-        for i in 0..WIDTH {
-            entry[i] = near[i] * (1.0 - BOX_SLACK);
-            mask |= u32::from(entry[i] <= far[i] * (1.0 + BOX_SLACK)) << i;
-        }
-        mask
+        *entry = near;
+        (0..WIDTH).fold(0, |mask, i| mask | u32::from(near[i] <= far[i]) << i)
     }
 
     #[inline(always)]

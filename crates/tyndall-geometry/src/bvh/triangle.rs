@@ -54,27 +54,24 @@ pub(crate) struct Shear {
 impl Shear {
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Self {
-        let d = ray.direction.to_array();
-        let o = ray.origin.to_array();
-        let m = d.map(f32::abs);
-        let kz = if m[0] > m[1] && m[0] > m[2] {
-            0
-        } else if m[1] > m[2] {
-            1
-        } else {
-            2
-        };
-        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
+        // Of four numbers each: three would be stored in two pieces, and a load across both waits for them.
+        let [d, o, m] = [ray.direction, ray.origin, ray.direction.abs()].map(|v| v.extend(0.0).to_array());
+        let kz = if m[0] > m[1] && m[0] > m[2] { 0 } else { 2 - usize::from(m[1] > m[2]) };
+        let (mut kx, mut ky) = (NEXT_AXIS[kz], NEXT_AXIS[kz + 1]);
         if d[kz] < 0.0 {
             std::mem::swap(&mut kx, &mut ky);
         }
+        let per_z = 1.0 / d[kz];
         Self {
             axes: [kx, ky, kz],
             origin: [o[kx], o[ky], o[kz]],
-            scale: [d[kx] / d[kz], d[ky] / d[kz], 1.0 / d[kz]],
+            scale: [d[kx] / d[kz], d[ky] / d[kz], per_z],
         }
     }
 }
+
+/// The axis after each, cyclically, and the one after that.
+const NEXT_AXIS: [usize; 4] = [1, 2, 0, 1];
 
 /// What a ray found in a block. `u`, `v`, `w`, `det` are the unnormalised edge functions and their sum.
 #[derive(Debug, Clone, Copy)]

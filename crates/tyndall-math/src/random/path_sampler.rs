@@ -1,20 +1,20 @@
 //! The random numbers of one camera path.
 
-use super::{Pcg, hash_key};
+use super::{Pcg, hash_key, sobol};
 use glam::Vec2;
 
-/// Sets of four Sobol dimensions given out before the sampler falls back to a PCG stream. Beyond the camera, the first vertex and the second light
-/// vertices stratification no longer pays for its cost (13 to 24 ns a value against 1 ns).
-const SOBOL_SETS: u32 = 4;
+/// Sets of four Sobol dimensions given out before the sampler falls back to a PCG stream. Beyond the camera, the first
+/// vertex and the second light vertices stratification no longer pays for its cost.
+const SOBOL_SETS: usize = 4;
 
 /// Gives out the numbers of the path (seed, pixel, sample) in a fixed order.
 #[derive(Debug, Clone)]
 pub struct PathSampler {
     /// Scrambling seed of this pixel and block of 65,536 samples.
     scramble: u32,
-    /// Index inside the block: `sobol_burley` is only defined below 2^16.
+    /// Index inside the block (`sobol_burley` is only defined below 2^16), shuffled by the seed, bits reversed.
     index: u32,
-    next_set: u32,
+    next_set: usize,
     key: [u64; 3],
     tail: Option<Pcg>,
 }
@@ -23,13 +23,8 @@ impl PathSampler {
     /// The sampler of sample number `sample` of `pixel` (any unique number of the pixel).
     pub fn new(seed: u64, pixel: u64, sample: u64) -> Self {
         let scramble = hash_key(&[seed, pixel, sample >> 16]) as u32;
-        Self {
-            scramble,
-            index: (sample & 0xffff) as u32,
-            next_set: 0,
-            key: [seed, pixel, sample],
-            tail: None,
-        }
+        let index = sobol::shuffled_index((sample & 0xffff) as u32, scramble);
+        Self { scramble, index, next_set: 0, key: [seed, pixel, sample], tail: None }
     }
 
     /// The next four numbers, each uniform in [0, 1).
@@ -38,7 +33,7 @@ impl PathSampler {
         let set = self.next_set;
         self.next_set += 1;
         if set < SOBOL_SETS {
-            return sobol_burley::sample_4d(self.index, set, self.scramble);
+            return sobol::sample_4d(self.index, set, self.scramble);
         }
         let key = self.key;
         let tail = self.tail.get_or_insert_with(|| Pcg::new(&[key[0], key[1], key[2], u64::MAX]));

@@ -1,6 +1,7 @@
 //! Direct light: light sampling at events, and emitters met by chance, combined by the balance heuristic
 //! (Veach & Guibas 1995) over directional densities.
 
+use super::guidance::Guidance;
 use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
@@ -8,11 +9,11 @@ use glam::Vec2;
 use tyndall_math::Rgb;
 use tyndall_shading::{LightSample, Receiver};
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// Adds light from one sampled light.
     pub(super) fn add_direct<const MEDIA: bool>(
         &mut self,
-        vertex: &GuidedVertex<'_>,
+        vertex: &GuidedVertex<'_, G::Directions>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) {

@@ -7,6 +7,7 @@
 //! direction from a collision. They are combined by the balance heuristic, with [`collision_density`] in place of the
 //! tracker's density of distances: the weights add up to one for every path, which is all that they must.
 
+use super::guidance::Guidance;
 use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
@@ -90,7 +91,13 @@ impl Angles {
 }
 
 impl Rival {
-    pub(super) fn new(path: &Path<'_>, segment: LitSegment, spans: &[Span], ray: &Ray, t: f64) -> Self {
+    pub(super) fn new(
+        path: &Path<'_, impl Guidance>,
+        segment: LitSegment,
+        spans: &[Span],
+        ray: &Ray,
+        t: f64,
+    ) -> Self {
         let collision_density =
             collision_density(path.world.media(), spans, ray, t, [segment.t0, segment.t1])
                 .max(f32::MIN_POSITIVE);
@@ -104,7 +111,7 @@ impl Rival {
     }
 }
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// The segment, if its lights are to be sampled before the distance.
     #[inline]
     pub(super) fn lit_segment(&self, ray: &Ray, scratch: &Scratch) -> Option<LitSegment> {

@@ -4,12 +4,11 @@
 //! narrow phase function can lose light. Light sampling weighs itself against the same density.
 
 use super::Path;
+use super::guidance::{Directions, Guidance};
 use super::record::Recorder;
 use super::vertex::Vertex;
 use glam::{Vec2, Vec3A};
-use tyndall_guiding::directional::VmfMixture;
 use tyndall_math::Rgb;
-use tyndall_shading::Spread;
 
 /// How often a direction is drawn from the field.
 const SHARE: f32 = 0.5;
@@ -25,43 +24,17 @@ pub(super) struct NextDirection {
 }
 
 /// A vertex, and what the field says about the light that arrives there.
-pub(super) struct GuidedVertex<'a> {
+pub(super) struct GuidedVertex<'a, D> {
     pub(super) vertex: Vertex<'a>,
-    /// Proportional to incident light times the phase function, or times the cosine.
-    guide: Option<Guide>,
+    /// See [`Guidance::directions`].
+    guide: Option<D>,
 }
 
-/// What is drawn from instead of the vertex's own distribution.
-struct Guide {
-    mixture: VmfMixture,
-    /// Training samples behind it.
-    n_samples: f32,
-}
-
-impl<'a> GuidedVertex<'a> {
-    /// Asks the field, if there is one and the vertex scatters widely enough to follow it.
+impl<'a, D: Directions> GuidedVertex<'a, D> {
+    /// Asks the field, if there is one.
     #[inline]
-    pub(super) fn new(path: &mut Path<'_>, vertex: Vertex<'a>) -> Self {
-        let guide = path.field.and_then(|field| {
-            let spread = vertex.spread();
-            if spread == Spread::Narrow {
-                return None;
-            }
-            let position = vertex.position();
-            let region = field.region(position, vertex.class(), path.rng.next_f32())?;
-            let incident = region.incident(position);
-            let mixture = match &vertex {
-                Vertex::Medium { travel, phase, .. } => {
-                    incident.product_with_hg(-*travel, phase.mean_cosine())
-                }
-                Vertex::Surface { frame, wo, .. } if spread == Spread::Reflection => {
-                    let normal = frame.frame.normal;
-                    incident.product_with_cosine(if wo.dot(normal) < 0.0 { -normal } else { normal })
-                }
-                Vertex::Surface { .. } => incident.mixture().clone(),
-            };
-            Some(Guide { mixture, n_samples: region.n_samples() })
-        });
+    pub(super) fn new(path: &mut Path<'_, impl Guidance<Directions = D>>, vertex: Vertex<'a>) -> Self {
+        let guide = path.guidance.directions(&vertex, &mut path.rng);
         Self { vertex, guide }
     }
 
@@ -74,8 +47,8 @@ impl<'a> GuidedVertex<'a> {
     /// Tells what guides it, if anything does.
     #[inline]
     pub(super) fn record(&self, recorder: &mut Recorder) {
-        if let Some(Guide { mixture, n_samples }) = &self.guide {
-            recorder.guide(*n_samples, mixture.len());
+        if let Some(guide) = &self.guide {
+            guide.record(recorder);
         }
     }
 
@@ -90,7 +63,7 @@ impl<'a> GuidedVertex<'a> {
     #[inline]
     fn mixed(&self, own: f32, wi: Vec3A) -> f32 {
         match &self.guide {
-            Some(guide) => SHARE * guide.mixture.pdf(wi) + (1.0 - SHARE) * own,
+            Some(guide) => SHARE * guide.pdf(wi) + (1.0 - SHARE) * own,
             None => own,
         }
     }
@@ -100,7 +73,7 @@ impl<'a> GuidedVertex<'a> {
     pub(super) fn sample(&self, [u, v, lobe, choice]: [f32; 4]) -> Option<NextDirection> {
         let Some(guide) = &self.guide else { return self.vertex.sample([u, v, lobe]) };
         if choice < SHARE {
-            let direction = guide.mixture.sample(Vec2::new(u, v)).direction;
+            let direction = guide.sample(Vec2::new(u, v));
             let (value, pdf) = self.evaluate(direction);
             return (value != Rgb::ZERO && pdf > 0.0).then(|| NextDirection {
                 direction,

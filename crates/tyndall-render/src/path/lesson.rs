@@ -1,6 +1,7 @@
 //! What a path teaches about its choice between volume and surface.
 
-use super::{Path, PathStatistics};
+use super::PathStatistics;
+use super::record::Recorder;
 use tyndall_guiding::{EventClass, SegmentSample};
 use tyndall_math::{Rgb, max_component};
 use tyndall_volume::{CandidateSums, Event, Resampled};
@@ -26,7 +27,12 @@ pub(crate) struct Learned {
 
 impl Lesson {
     /// The choice that `resampled` made on a segment ending at `end`.
-    pub(super) fn new(path: &Path<'_>, resampled: &Resampled, end: f32, statistics: &PathStatistics) -> Self {
+    pub(super) fn new(
+        recorder: &Recorder,
+        resampled: &Resampled,
+        end: f32,
+        statistics: &PathStatistics,
+    ) -> Self {
         let (class, probability, t) = match resampled.walk.event {
             Event::Scatter { t, .. } => (EventClass::Volume, resampled.probability, t as f32),
             Event::Pass => (EventClass::Surface, 1.0 - resampled.probability, end),
@@ -36,16 +42,16 @@ impl Lesson {
             class,
             probability,
             depths: [t, end],
-            radiance: path.recorder.radiance(),
+            radiance: recorder.radiance(),
             rays: statistics.rays(),
         }
     }
 
     /// What came of it by the end of the path: X is the largest channel of what was gathered since.
-    pub(super) fn learn(self, path: &Path<'_>, statistics: &PathStatistics) -> Learned {
+    pub(super) fn learn(self, recorder: &Recorder, statistics: &PathStatistics) -> Learned {
         let sample = SegmentSample {
             class: self.class,
-            value: max_component(path.recorder.radiance() - self.radiance).max(0.0),
+            value: max_component(recorder.radiance() - self.radiance).max(0.0),
             probability: self.probability,
             w: self.sums.w,
             t_hat: self.sums.t_hat,

@@ -1,6 +1,7 @@
 //! Russian roulette on the throughput.
 
 use super::Path;
+use super::guidance::Guidance;
 use tyndall_math::{Rgb, max_component};
 
 /// Scattering events before roulette begins: the first vertices carry most of the light.
@@ -9,7 +10,7 @@ const FIRST_EVENT: u32 = 2;
 /// Smallest chance to survive: bounds the weight of a survivor.
 const MIN_SURVIVAL: f32 = 0.05;
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// Ends paths that carry little; survivors carry it all, so the mean is unchanged. White media never end.
     ///
     /// The chance is the square root of what is carried: survivors still weigh less the longer the path, and error

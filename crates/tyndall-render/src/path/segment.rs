@@ -1,9 +1,10 @@
 //! What happens along a segment, up to its end.
 
 use super::equiangular::Rival;
+use super::guidance::Guidance;
 use super::lesson::Lesson;
 use super::training::SegmentEnding;
-use super::{FirstChoice, Path, PathStatistics, Scratch};
+use super::{Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
 use tyndall_guiding::{EventClass, NormalizedFlights, SegmentGuide};
 use tyndall_math::{Ray, Rgb};
@@ -17,7 +18,7 @@ pub(super) enum Event {
     Pass,
 }
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// Adds the media's emission along the segment, chooses between scattering and passing, and updates the throughput.
     #[inline]
     pub(super) fn sample_segment<const MEDIA: bool>(
@@ -39,13 +40,12 @@ impl Path<'_> {
         if let Some(lit) = &lit {
             self.add_segment_light::<MEDIA>(lit, &ray, scratch, statistics);
         }
-        let walk = match self.first_choice.take() {
-            Some(FirstChoice { u, guide: Some(guide) }) => {
-                self.sample_guided(&guide, u, &ray, scratch, statistics)
-            }
-            first => {
-                if let Some(first) = first {
-                    self.rng.lead_with(first.u);
+        let first_choice = self.first_choice.take();
+        let walk = match (first_choice, first_choice.and_then(|_| self.guidance.camera())) {
+            (Some(u), Some(guide)) => self.sample_guided(&guide, u, &ray, scratch, statistics),
+            _ => {
+                if let Some(u) = first_choice {
+                    self.rng.lead_with(u);
                 }
                 self.track(&ray, scratch, statistics)
             }
@@ -128,7 +128,7 @@ impl Path<'_> {
         // Normalised flights do not know their probability, only what it should be.
         let wanted = flights.map_or(resampled.probability, |flights| flights.target);
         self.recorder.choose(wanted, scatters);
-        self.lesson = Some(Lesson::new(self, &resampled, ray.t_max, statistics));
+        self.guidance.remember(Lesson::new(&self.recorder, &resampled, ray.t_max, statistics));
         resampled.walk
     }
 }

@@ -1,5 +1,6 @@
 //! Events at surfaces and in media: record, direct light, next direction.
 
+use super::guidance::Guidance;
 use super::guided::{GuidedVertex, NextDirection};
 use super::vertex::Vertex;
 use super::{Origin, Path, PathStatistics, Scratch};
@@ -9,7 +10,7 @@ use tyndall_math::{Ray, Rgb, SplitPoint, mean_component};
 use tyndall_shading::SurfaceShading;
 use tyndall_volume::PhaseMix;
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// A scattering event in a medium; returns whether the path goes on.
     pub(super) fn scatter_in_medium<const MEDIA: bool>(
         &mut self,
@@ -85,7 +86,7 @@ impl Path<'_> {
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {
-            u = u.map(|u| self.shifts.apply(u));
+            u = u.map(|u| self.guidance.shift(u));
         }
         let Some(next) = vertex.sample(u) else { return false };
         self.throughput *= next.weight;

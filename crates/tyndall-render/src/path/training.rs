@@ -1,5 +1,6 @@
 //! What a path teaches the field of directions and odds: one sample for every segment it left a vertex by.
 
+use super::guidance::Guidance;
 use super::{Path, Vertex};
 use arrayvec::ArrayVec;
 use glam::Vec3A;
@@ -37,17 +38,10 @@ struct Open {
     ending: Option<SegmentEnding>,
 }
 
-/// The segments of one path, if it is to teach.
+/// The segments of one path that teaches.
 #[derive(Default)]
 pub(super) struct Trail {
-    is_recording: bool,
     segments: ArrayVec<Open, MAX_SEGMENTS>,
-}
-
-impl Trail {
-    pub(super) fn new(is_recording: bool) -> Self {
-        Self { is_recording, segments: ArrayVec::new() }
-    }
 }
 
 impl SegmentEnding {
@@ -70,17 +64,15 @@ impl Vertex<'_> {
     }
 }
 
-impl Path<'_> {
+impl<G: Guidance> Path<'_, G> {
     /// A segment begins, its direction chosen with a finite density and its roulette survived.
     #[inline]
     pub(super) fn begin_lesson(&mut self) {
-        if !self.trail.is_recording || self.origin.is_delta || self.origin.vertex.is_none() {
-            return;
-        }
+        let Some(trail) = self.guidance.trail().filter(|_| !self.origin.is_delta) else { return };
         let Some(vertex) = self.origin.vertex.take() else { return };
         let before = self.recorder.radiance();
         // Full: the rest of the path teaches nothing.
-        let _ = self.trail.segments.try_push(Open {
+        let _ = trail.segments.try_push(Open {
             position: self.origin.position,
             direction: self.ray.direction,
             pdf: self.origin.pdf,
@@ -95,7 +87,8 @@ impl Path<'_> {
     /// The current segment's end has been chosen; what it emits or scatters along it has been gathered.
     #[inline]
     pub(super) fn end_lesson(&mut self, ending: SegmentEnding) {
-        if let Some(open) = self.trail.segments.last_mut().filter(|open| open.ending.is_none()) {
+        let Some(trail) = self.guidance.trail() else { return };
+        if let Some(open) = trail.segments.last_mut().filter(|open| open.ending.is_none()) {
             open.ending = Some(ending);
             open.before_choice = self.recorder.radiance();
         }
@@ -104,7 +97,8 @@ impl Path<'_> {
     /// All that the path taught, once it is over.
     pub(super) fn teach(&mut self, samples: &mut Vec<TrainingSample>) {
         let gathered = self.recorder.radiance();
-        for open in self.trail.segments.drain(..) {
+        let Some(trail) = self.guidance.trail() else { return };
+        for open in trail.segments.drain(..) {
             let Some(ending) = open.ending else { continue };
             let per_throughput = open.throughput.recip();
             let light = |to: Rgb, from: Rgb| (mean_component(to - from) * per_throughput).max(0.0);

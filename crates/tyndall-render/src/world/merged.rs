@@ -9,7 +9,7 @@ use std::sync::Arc;
 use tyndall_geometry::{Blas, Instance, TriangleMesh};
 
 /// Triangles that one prim may add, all its placements counted.
-const MAX_OF_PRIM: usize = 1 << 15;
+const MAX_OF_PRIM: usize = 1 << 16;
 /// Triangles in all. At some 130 bytes each this bounds the memory, and the rebuild when the camera moves.
 const MAX_IN_ALL: usize = 1 << 17;
 
