@@ -10,6 +10,7 @@ use tyndall_shading::{LightSample, Receiver};
 
 impl Path<'_> {
     /// Adds light from one sampled light.
+    #[inline(always)]
     pub(super) fn add_direct<const MEDIA: bool>(
         &mut self,
         vertex: &GuidedVertex<'_>,
@@ -42,7 +43,7 @@ impl Path<'_> {
     }
 
     /// What of a light sampled at a vertex arrives there. Overwrites the spans in `scratch`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn visibility<const MEDIA: bool>(
         &mut self,
         vertex: &Vertex<'_>,
@@ -69,6 +70,7 @@ impl Path<'_> {
     }
 
     /// Adds the lights at infinity that the ray escapes to.
+    #[inline(always)]
     pub(super) fn add_background(&mut self) {
         self.recorder.escape(self.throughput);
         let lights = self.world.lights();

@@ -11,6 +11,7 @@ use tyndall_volume::PhaseMix;
 
 impl Path<'_> {
     /// A scattering event in a medium; returns whether the path goes on.
+    #[inline(never)]
     pub(super) fn scatter_in_medium<const MEDIA: bool>(
         &mut self,
         t: f64,
@@ -73,7 +74,7 @@ impl Path<'_> {
     }
 
     /// Direct light and the next direction.
-    #[inline]
+    #[inline(always)]
     fn scatter_at<const MEDIA: bool>(
         &mut self,
         vertex: Vertex<'_>,
@@ -112,7 +113,7 @@ impl Path<'_> {
         true
     }
 
-    #[inline]
+    #[inline(always)]
     fn leave(&mut self, vertex: &Vertex<'_>, next: &NextDirection) {
         self.origin = Origin {
             position: vertex.position(),
