@@ -6,6 +6,7 @@
 //! to its box, so it never fills the world.
 
 mod analytic;
+mod hull;
 mod winding;
 
 pub use winding::inside_intervals;
@@ -17,6 +18,7 @@ use crate::bvh::{
 };
 use analytic::{box_interval, sphere_interval};
 use glam::{Affine3A, DAffine3, DMat3, DVec3, Mat3A, Vec3A};
+use hull::Hull;
 use std::ops::Range;
 use std::sync::Arc;
 use tyndall_math::Ray;
@@ -56,6 +58,7 @@ pub struct Boundaries {
     unbounded: Vec<u32>,
     /// Over the others, if they are many.
     bvh: Option<WideBvh>,
+    hull: Hull,
     simd: SimdLevel,
 }
 
@@ -111,12 +114,13 @@ impl Boundaries {
     pub fn build(shapes: Vec<BoundaryShape>) -> Self {
         let regions: Vec<Region> = shapes.into_iter().map(Region::new).collect();
         let boxes: Vec<Option<Bounds>> = regions.iter().map(Region::world_bounds).collect();
+        let hull = Hull::new(&boxes);
         let unbounded = (0..).zip(&boxes).filter(|(_, b)| b.is_none()).map(|(i, _)| i).collect();
         let bvh = (regions.len() > LINEAR).then(|| {
             let boxes: Vec<Bounds> = boxes.iter().map(|b| b.unwrap_or(Bounds::EMPTY)).collect();
             build(&boxes, Leaves { max_primitives: 1, primitives_per_item: 1 })
         });
-        Self { regions, unbounded, bvh, simd: SimdLevel::detect() }
+        Self { regions, unbounded, bvh, hull, simd: SimdLevel::detect() }
     }
 
     /// Uses other instructions. Results don't change; for tests and comparisons.
@@ -138,7 +142,7 @@ impl Boundaries {
     /// ordered by (boundary, t0). Spans of one boundary don't overlap; those of different ones may. The ray begins at
     /// `ray.origin + low` (see [`tyndall_math::SplitPoint`]): between walls a free flight apart, rounding to f32 would
     /// decide on which side. A ray that is not finite or has no direction has no spans.
-    #[inline]
+    #[inline(always)]
     pub fn spans(
         &self,
         ray: &Ray,
@@ -146,7 +150,20 @@ impl Boundaries {
         scratch: &mut SpanScratch,
         emit: &mut impl FnMut(u32, f64, f64),
     ) {
-        if !is_traceable(ray) {
+        if !self.hull.is_out_of_reach(ray, low) {
+            self.spans_in_reach(ray, low, scratch, emit);
+        }
+    }
+
+    #[inline(never)]
+    fn spans_in_reach(
+        &self,
+        ray: &Ray,
+        low: Vec3A,
+        scratch: &mut SpanScratch,
+        emit: &mut impl FnMut(u32, f64, f64),
+    ) {
+        if self.hull.is_passed_by(ray, low) || !is_traceable(ray) {
             return;
         }
         let SpanScratch { candidates, crossings } = scratch;

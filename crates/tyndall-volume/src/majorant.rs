@@ -242,7 +242,8 @@ impl Iterator for GridWalk<'_> {
             let cell = self.cell();
             let exit = self.exit(&cell);
             let (t0, t1) = (self.t, exit.min_element().max(self.t).min(self.t_end));
-            if cell.edge > 1 && self.needs_voxels(&cell, exit) {
+            let is_empty = cell.max <= 0.0;
+            if !is_empty && cell.edge > 1 && self.needs_voxels(&cell, exit) {
                 self.place(&cell, self.t);
                 self.refined = Some(cell);
                 continue;
@@ -253,7 +254,7 @@ impl Iterator for GridWalk<'_> {
             if !inside {
                 self.t_end = t1;
             }
-            if cell.max > 0.0 && t1 > t0 {
+            if !is_empty && t1 > t0 {
                 return Some(GridStep { t0, t1, max: cell.max, min: cell.min, cell });
             }
         }

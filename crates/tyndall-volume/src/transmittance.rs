@@ -4,6 +4,41 @@
 //! residual ratio tracking (Novák, Selle & Jarosz 2014, doi:10.1145/2661229.2661292) with each cell's minimum as the
 //! control: exact in uniform bricks, and never noisier than ratio tracking. Independent unbiased factors multiply to
 //! an unbiased product. A product that has become faint must survive a roulette, so dense media cost a few look-ups.
+//!
+//! Another unbiased estimate is ray marching with corrections (Kettunen, d'Eon, Pantaleoni & Novák 2021,
+//! doi:10.1145/3450626.3459937), with its look-ups at even steps or in proportion to the distance of the bounds. Variance
+//! times CPU time of one estimate, relative to residual ratio tracking, for grey light / for extinctions of
+//! 1 : 0.5 : 0.2 (`benches/shadows.rs`: 400 chords of 128^3 voxels, at four mean optical depths; noise of a fifth):
+//!
+//! | medium | depth | ratio tracking | marching, even steps | marching, by bounds |
+//! |---|---|---|---|---|
+//! | even (±5 %) | 0.1 | 19 / 20 | 0.01 / 0.01 | 0.00 / 0.00 |
+//! | | 1 | 18 / 26 | 0.00 / 0.00 | 0.01 / 0.01 |
+//! | | 5 | 4.8 / 23 | 0.00 / 0.00 | 0.00 / 0.00 |
+//! | | 10 | 1.7 / 16 | 0.00 / 0.00 | 0.00 / 0.00 |
+//! | smooth (±90 %) | 0.1 | 1.6 / 4.1 | 0.03 / 0.03 | 0.02 / 0.02 |
+//! | | 1 | 5.1 / 2.9 | 0.03 / 0.02 | 0.06 / 0.04 |
+//! | | 5 | 1.1 / 3.2 | 0.00 / 0.00 | 0.01 / 0.02 |
+//! | | 10 | 1.1 / 3.2 | 0.00 / 0.00 | 0.01 / 0.01 |
+//! | core (noise of a voxel) | 0.1 | 1.6 / 3.1 | 0.01 / 0.02 | 0.01 / 0.02 |
+//! | | 1 | 1.8 / 1.8 | 0.02 / 0.02 | 0.02 / 0.02 |
+//! | | 5 | 0.9 / 1.9 | 0.01 / 0.02 | 0.02 / 0.02 |
+//! | | 10 | 1.5 / 2.3 | 0.01 / 0.01 | 0.02 / 0.02 |
+//! | wisps in empty space | 0.1 | 1.0 / 1.0 | 0.60 / 0.58 | 0.32 / 0.29 |
+//! | | 1 | 1.0 / 1.0 | 0.59 / 0.47 | 0.04 / 0.04 |
+//! | | 5 | 1.1 / 1.0 | 154 / 22 | 0.09 / 0.03 |
+//! | | 10 | 1.0 / 1.1 | 1392 / 116 | 0.11 / 0.02 |
+//! | spikes (1 voxel of 500) | 0.1 | 4.4 / 4.6 | 0.63 / 0.74 | 0.52 / 0.49 |
+//! | | 1 | 7.3 / 7.1 | 0.05 / 0.06 | 0.24 / 0.20 |
+//! | | 5 | 21 / 48 | 78 / 17 | 0.46 / 0.25 |
+//! | | 10 | 22 / 74 | 8.1 / 5.0 | 0.06 / 0.07 |
+//!
+//! By that measure marching by bounds wins everywhere. It is not what is used, because it is not a measure of images:
+//! other noise of the path hides what is left of that of shadow rays, which cost 1.3 look-ups instead of 0.01 where media
+//! are thin, and 24 instead of 5 where the core is 10 deep. With sections of a few mean free paths marched, half a
+//! look-up per depth between the bounds, and all else as here, `cloud` of the reference scenes took 1.025 of the time for
+//! 0.96 of the variance (8 seeds at 4 samples), and a pixel came out at -0.15: the corrections make estimates negative
+//! now and then. Even steps over spikes or sheets have rare, huge estimates besides.
 
 use crate::majorant::GridWalk;
 use crate::medium::{GridDensity, Medium, Span};

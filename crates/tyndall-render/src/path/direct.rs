@@ -11,6 +11,7 @@ use tyndall_shading::{LightSample, Receiver};
 
 impl<G: Guidance> Path<'_, G> {
     /// Adds light from one sampled light.
+    #[inline(always)]
     pub(super) fn add_direct<const MEDIA: bool>(
         &mut self,
         vertex: &GuidedVertex<'_, G::Directions>,
@@ -43,7 +44,7 @@ impl<G: Guidance> Path<'_, G> {
     }
 
     /// What of a light sampled at a vertex arrives there. Overwrites the spans in `scratch`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn visibility<const MEDIA: bool>(
         &mut self,
         vertex: &Vertex<'_>,
@@ -70,6 +71,7 @@ impl<G: Guidance> Path<'_, G> {
     }
 
     /// Adds the lights at infinity that the ray escapes to.
+    #[inline(always)]
     pub(super) fn add_background(&mut self) {
         self.recorder.escape(self.throughput);
         let lights = self.world.lights();

@@ -12,6 +12,7 @@ use tyndall_volume::PhaseMix;
 
 impl<G: Guidance> Path<'_, G> {
     /// A scattering event in a medium; returns whether the path goes on.
+    #[inline(never)]
     pub(super) fn scatter_in_medium<const MEDIA: bool>(
         &mut self,
         t: f64,
@@ -74,7 +75,7 @@ impl<G: Guidance> Path<'_, G> {
     }
 
     /// Direct light and the next direction.
-    #[inline]
+    #[inline(always)]
     fn scatter_at<const MEDIA: bool>(
         &mut self,
         vertex: Vertex<'_>,
@@ -114,7 +115,7 @@ impl<G: Guidance> Path<'_, G> {
         true
     }
 
-    #[inline]
+    #[inline(always)]
     fn leave(&mut self, vertex: &Vertex<'_>, next: &NextDirection) {
         self.origin = Origin {
             position: vertex.position(),

@@ -40,7 +40,7 @@ impl LightBodies {
     }
 
     /// The nearest body along the ray: its light, and where.
-    #[inline]
+    #[inline(always)]
     pub(super) fn nearest(&self, lights: &LightSet, ray: &Ray) -> Option<(usize, f32)> {
         let mut nearest = None;
         let Some(tree) = &self.tree else {
@@ -55,7 +55,7 @@ impl LightBodies {
     }
 
     /// Whether a body other than that of light `except` is in the way.
-    #[inline]
+    #[inline(always)]
     pub(super) fn blocks(&self, lights: &LightSet, ray: &Ray, except: usize) -> bool {
         let is_in_the_way = |body: &Body| body.light != except && body.hit(lights, ray).is_some();
         let Some(tree) = &self.tree else { return self.bodies.iter().any(is_in_the_way) };

@@ -1,4 +1,7 @@
 //! The questions a path asks of the world.
+//!
+//! Those of every segment are always inlined: both path loops, with media and without, then cost what each would cost
+//! alone. Left to the compiler, the second one made the first 2.5 % dearer.
 
 use super::World;
 use super::shade::ShadingBuffer;
@@ -63,7 +66,7 @@ impl SegmentEnd {
 
 impl World {
     /// The nearest surface or light body along the ray.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn trace(&self, ray: &Ray) -> SegmentEnd {
         let surface = self.surfaces.accel().intersect(ray);
         let within = surface.map_or(*ray, |hit| ray.up_to(hit.t));
@@ -95,7 +98,7 @@ impl World {
     }
 
     /// Fills `scratch.spans` with the parts of the ray inside media; `low` is what rounding took from its origin.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn find_spans(&self, ray: &Ray, low: Vec3A, scratch: &mut WorldScratch) {
         let WorldScratch { spans, crossings } = scratch;
         spans.clear();
@@ -107,6 +110,7 @@ impl World {
     /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights'
     /// bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
     /// `low` is what rounding took from the ray's origin.
+    #[inline(always)]
     pub(crate) fn visibility<const MEDIA: bool>(
         &self,
         ray: &Ray,
@@ -132,6 +136,7 @@ impl World {
     }
 
     /// What surfaces let through along the ray.
+    #[inline(always)]
     fn past_surfaces(&self, ray: &Ray) -> Rgb {
         if self.surfaces.all_opaque() {
             return if self.surfaces.accel().occluded(ray) { Rgb::ZERO } else { Rgb::ONE };

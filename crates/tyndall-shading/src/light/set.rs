@@ -100,7 +100,7 @@ impl LightSet {
 
     /// Chooses a light for the receiver by `u` in [0, 1): its index and the probability of that choice. `None` if
     /// nothing arrives from any light, or from the part of the lights that the choice led to.
-    #[inline]
+    #[inline(always)]
     pub fn sample_light(&self, receiver: &Receiver, u: f32) -> Option<(usize, f32)> {
         if self.lights.len() <= 1 {
             return (!self.lights.is_empty()).then_some((0, 1.0));
