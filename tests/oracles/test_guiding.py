@@ -147,3 +147,40 @@ def test_images_of_a_line_or_a_point(tmp_path: Path, size: tuple[int, int]) -> N
     image = shot.render(spp=33, max_bounces=BOUNCES, **settings)["rgba"]
     assert np.isfinite(image).all()
     assert image[..., :3].max() > 0
+
+
+def bounced_light(folder: Path, width: int) -> Shot:
+    """Return a closed room whose lamp lights a patch of the ceiling and nothing else."""
+    stage = StageBuilder(width, 3 * width // 4)
+    stage.camera((0, 0, 1.9), (0, 0, -2), vfov=60)
+    stage.box((-2, -1.5, -2), (2, 1.5, 2), stage.lambert(0.7))
+    stage.rect_light((-1.2, 1.3, -0.8), (-1.2, 1.5, -0.8), 0.3, 0.3, 100.0)
+    return Shot(stage, folder)
+
+
+def test_auto_finds_out_whether_directions_pay(tmp_path: Path) -> None:
+    folders = [tmp_path / name for name in ("bounced", "fog")]
+    for folder in folders:
+        folder.mkdir()
+    shots = [bounced_light(folders[0], 192), room(folders[1], 96, 64)]
+    trials = {}
+    for folder, of in zip(folders, shots, strict=True):
+        session = of.session(spp=128, max_bounces=BOUNCES)
+        session.render()
+        trials[folder.name] = session.statistics["guide"]["trial"]
+    assert trials["bounced"]["guided"], trials
+    assert trials["bounced"]["error"] < 0.6, trials
+    assert not trials["fog"]["guided"], trials
+
+
+def test_auto_learns_nothing_where_that_cannot_pay(shot: Shot) -> None:
+    for settings in ({"spp": 128, "max_bounces": 1}, {"spp": 64, "max_bounces": BOUNCES}):
+        session = shot.session(**settings)
+        session.render()
+        assert "guide" not in session.statistics
+
+
+def test_auto_is_the_same_on_any_number_of_threads(tmp_path: Path) -> None:
+    closed = bounced_light(tmp_path, 48)
+    images = [closed.render(threads=n, spp=128, max_bounces=2)["rgba"] for n in (1, 2)]
+    assert np.array_equal(*images)

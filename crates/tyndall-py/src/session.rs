@@ -122,6 +122,7 @@ impl Session {
             "shadowRays": paths.shadow_rays,
             "surfaceEvents": paths.surface_events,
             "volumeEvents": paths.volume_events,
+            "guidedEvents": paths.guided_events,
             "candidates": paths.walks.candidates,
             "candidatesPerRay": paths.walks.candidates as f64 / paths.rays().max(1) as f64,
             "densityLookups": paths.walks.lookups,

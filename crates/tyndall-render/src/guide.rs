@@ -4,11 +4,14 @@
 //! that nothing depends on threads.
 
 mod statistics;
+mod trial;
 
 pub use statistics::{FieldSize, GuideStatistics};
+pub use trial::TrialResult;
 
 use crate::film::{Film, Tile};
-use crate::path::{Guides, PathSample};
+use crate::path::{Guides, PathSample, PathStatistics};
+use trial::TileTrial;
 use tyndall_guiding::field::{Field, FieldSettings, TrainingSample};
 use tyndall_guiding::image_space::ImageGuide;
 use tyndall_guiding::{ClassCosts, EventClass, Moments, Strategy};
@@ -20,12 +23,33 @@ const LAST_LESSON: u32 = 128;
 /// Paths of a pass that teach the field, at the most: bounds the memory of samples, some four of 48 bytes a path.
 const TEACHING_PATHS: u64 = 1 << 19;
 
+/// Of so many samples one teaches the field: learning from a path costs about as much as the path (the kitchen after 32
+/// samples: .20 of error at 2.7 times the time, for .17 at 3.6 where all teach).
+const TEACHING_STRIDE: u64 = 16;
+
+/// Lobes of a region at most. More are hardly better and each vertex pays for them (kitchen, 32 samples: .197 of error with
+/// up to 32 lobes, .204 with 8, at 1.5 times the time).
+const MAX_LOBES: u32 = 8;
+
 /// The guides of one render.
 pub(crate) struct RenderGuide {
     camera: Option<ImageGuide>,
     field: Option<Field>,
+    followers: Followers,
+    trial: Option<TrialResult>,
     /// Lessons so far.
     epoch: u32,
+}
+
+/// Which pixels' paths the field guides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Followers {
+    /// All of them, or all from the end of the trial on.
+    All,
+    /// None yet: it learns for a trial.
+    None,
+    /// Those of the trial.
+    Trial,
 }
 
 /// What the paths of one tile teach in one pass.
@@ -34,6 +58,7 @@ pub(crate) struct TileLessons {
     moments: Vec<Moments>,
     costs: ClassCosts,
     pub(crate) training: Vec<TrainingSample>,
+    trial: Option<TileTrial>,
 }
 
 impl RenderGuide {
@@ -52,10 +77,22 @@ impl RenderGuide {
             strategy.filter(|_| has_media).map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
         // With one event there is direct light only, and nothing to be guided.
         let has_indirect_light = settings.max_bounces > 1;
-        // `Auto` would have to measure whether the field pays; until it does, it is asked for by name.
-        let field = (settings.guiding == Guiding::On && has_indirect_light)
-            .then(|| Field::new(FieldSettings::default()));
-        Self { camera, field, epoch: 0 }
+        let followers = match settings.guiding {
+            Guiding::On => Some(Followers::All),
+            Guiding::Auto if settings.samples >= trial::FEWEST_SAMPLES => Some(Followers::None),
+            Guiding::Auto | Guiding::Off => None,
+        };
+        let field_settings = FieldSettings { max_lobes: MAX_LOBES, ..FieldSettings::default() };
+        let field = followers.filter(|_| has_indirect_light).map(|_| Field::new(field_settings));
+        Self { camera, field, followers: followers.unwrap_or(Followers::All), trial: None, epoch: 0 }
+    }
+
+    /// A pass that takes all pixels from `first` to `end` samples comes next.
+    pub(crate) fn begin_pass(&mut self, first: u32, end: u32) {
+        let is_time = first >= trial::FIRST_SAMPLE && end - first >= 2 && self.epoch > 0;
+        if self.followers == Followers::None && is_time {
+            self.followers = Followers::Trial;
+        }
     }
 
     /// The field of directions, if there is one.
@@ -68,25 +105,31 @@ impl RenderGuide {
     pub(crate) fn lookup(&self, [x, y]: [u32; 2]) -> Guides<'_> {
         Guides {
             camera: self.camera.as_ref().map(|camera| camera.lookup(x as i32, y as i32)),
-            field: self.field.as_ref(),
+            field: self.field.as_ref().filter(|_| match self.followers {
+                Followers::All => true,
+                Followers::None => false,
+                Followers::Trial => trial::is_guided(x, y),
+            }),
             epoch: self.epoch,
         }
     }
 
-    /// Room for what a tile teaches in a pass that ends at `target` samples a pixel; `None` if nothing is to be learned.
-    pub(crate) fn lessons(&self, tile: &Tile, target: u32) -> Option<TileLessons> {
+    /// Room for what a tile teaches in a pass from `first` to `target` samples a pixel; `None` if nothing is to be learned.
+    pub(crate) fn lessons(&self, tile: &Tile, first: u32, target: u32) -> Option<TileLessons> {
         let learns = target <= LAST_LESSON && (self.camera.is_some() || self.field.is_some());
         let n_moments = if self.camera.is_some() { tile.len() } else { 0 };
         learns.then(|| TileLessons {
             moments: vec![Moments::default(); n_moments],
             costs: ClassCosts::default(),
             training: Vec::new(),
+            trial: (self.followers == Followers::Trial).then(|| TileTrial::new(tile, first, target)),
         })
     }
 
     /// Of every how many samples of a pass one teaches the field; 0 if none does.
     pub(crate) fn teaching_stride(&self, pass_samples: u64) -> u64 {
-        if self.field.is_some() { pass_samples.div_ceil(TEACHING_PATHS).max(1) } else { 0 }
+        let teaches = self.field.is_some() && self.followers != Followers::Trial;
+        if teaches { pass_samples.div_ceil(TEACHING_PATHS).max(TEACHING_STRIDE) } else { 0 }
     }
 
     /// Merges the lessons of a pass, one entry a tile of `film` in its order.
@@ -98,7 +141,12 @@ impl RenderGuide {
             let learned = camera.learn(&pass, &costs);
             debug_assert!(learned.is_ok());
         }
-        if let Some(field) = &mut self.field {
+        if self.followers == Followers::Trial {
+            let result = trial::decide(film, lessons.iter().filter_map(|of_tile| of_tile.trial.as_ref()));
+            self.trial = Some(result);
+            self.followers = Followers::All;
+            self.field = self.field.take().filter(|_| result.guided);
+        } else if let Some(field) = &mut self.field {
             let samples: Vec<_> = lessons.into_iter().flat_map(|of_tile| of_tile.training).collect();
             field.update(&samples);
         }
@@ -121,8 +169,18 @@ fn gather(film: &Film, lessons: &[TileLessons]) -> (Vec<Moments>, ClassCosts) {
 }
 
 impl TileLessons {
-    /// Adds what a path through pixel `index` taught.
-    pub(crate) fn add(&mut self, index: usize, path: &PathSample, told: &Guides<'_>) {
+    /// Adds what sample number `sample` of pixel `index` taught; `statistics` are those of the tile in this pass so far.
+    pub(crate) fn add(
+        &mut self,
+        index: usize,
+        sample: u32,
+        path: &PathSample,
+        told: &Guides<'_>,
+        statistics: &PathStatistics,
+    ) {
+        if let Some(trial) = &mut self.trial {
+            trial.add(index, sample, path, told.field.is_some(), statistics);
+        }
         let (Some(learned), Some(camera)) = (&path.learned, &told.camera) else { return };
         self.moments[index].add(&learned.sample, camera.outlier_limit());
         let costs = match learned.sample.class {

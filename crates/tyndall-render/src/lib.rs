@@ -14,7 +14,7 @@ mod world;
 
 pub use camera::{CameraModel, CameraRay};
 pub use film::{Film, TILE_SIZE};
-pub use guide::{FieldSize, GuideStatistics};
+pub use guide::{FieldSize, GuideStatistics, TrialResult};
 pub use path::PathStatistics;
 pub use session::{Control, Session, SessionError};
 pub use world::{World, WorldCache, WorldError, WorldSummary};

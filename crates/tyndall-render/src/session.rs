@@ -115,6 +115,7 @@ impl Session {
         while done < self.settings.samples && !control.is_stopped() {
             let target = (done + pass_size(done)).min(self.settings.samples);
             let image: &mut Film = &mut film;
+            guide.begin_pass(done, target);
             let (of_pass, lessons) =
                 self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
             if !lessons.is_empty() {
@@ -181,7 +182,7 @@ fn render_pass(
 ) -> (PathStatistics, Vec<TileLessons>) {
     let pixels = u64::from(film.width()) * u64::from(film.height());
     let stride = guide.teaching_stride(pixels * u64::from(target - film.min_samples()));
-    let pass = Pass { integrator, guide, control, target, stride };
+    let pass = Pass { integrator, guide, control, first: film.min_samples(), target, stride };
     let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(|tile| pass.render(tile)).collect();
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
@@ -197,7 +198,8 @@ struct Pass<'a> {
     integrator: &'a Integrator<'a>,
     guide: &'a RenderGuide,
     control: &'a Control,
-    /// Samples of a pixel after the pass.
+    /// Samples of a pixel before and after the pass.
+    first: u32,
     target: u32,
     /// Every how many samples one teaches the field.
     stride: u64,
@@ -206,7 +208,7 @@ struct Pass<'a> {
 impl Pass<'_> {
     fn render(&self, tile: &mut Tile) -> (PathStatistics, Option<TileLessons>) {
         let mut statistics = PathStatistics::default();
-        let mut lessons = self.guide.lessons(tile, self.target);
+        let mut lessons = self.guide.lessons(tile, self.first, self.target);
         let mut scratch = self.integrator.scratch();
         let mut number = 0;
         for index in 0..tile.len() {
@@ -229,7 +231,7 @@ impl Pass<'_> {
                 );
                 tile.add(index, path.record);
                 if let Some(lessons) = &mut lessons {
-                    lessons.add(index, &path, &told);
+                    lessons.add(index, sample, &path, &told, &statistics);
                 }
             }
             let taken = u64::from(self.target.saturating_sub(first));

@@ -38,7 +38,7 @@ pub enum DistanceSampling {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum Guiding {
-    /// Where it pays; until that is measured during the render, never.
+    /// Where it pays, which renders of 128 samples a pixel and more find out by trying.
     #[default]
     Auto,
     /// Always.

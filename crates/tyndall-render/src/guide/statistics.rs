@@ -1,6 +1,6 @@
 //! How much a render has learned, and what it takes.
 
-use super::RenderGuide;
+use super::{RenderGuide, TrialResult};
 use serde::Serialize;
 
 /// Sizes of the guides of a render; fields of a guide that there is not are absent.
@@ -15,6 +15,9 @@ pub struct GuideStatistics {
     /// The guide of directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field: Option<FieldSize>,
+    /// What trying the field found, if it was tried.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub trial: Option<TrialResult>,
 }
 
 /// How large the field is, and what it was made of.
@@ -50,7 +53,7 @@ impl RenderGuide {
                 rejected_samples: size.n_rejected,
             }
         });
-        let guides = image_bytes.is_some() || field.is_some();
-        guides.then_some(GuideStatistics { lessons: self.epoch, image_bytes, field })
+        let guides = image_bytes.is_some() || field.is_some() || self.trial.is_some();
+        guides.then_some(GuideStatistics { lessons: self.epoch, image_bytes, field, trial: self.trial })
     }
 }

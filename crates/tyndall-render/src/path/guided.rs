@@ -13,6 +13,10 @@ use tyndall_math::Rgb;
 /// How often a direction is drawn from the field.
 const SHARE: f32 = 0.5;
 
+/// Events of a path that are guided. Later ones carry little, cost as much, and each multiplies the path's weight by up to
+/// two where the field is wrong (kitchen: .204 of error with all events, .207 with four, at .93 of the time).
+const GUIDED_EVENTS: u32 = 4;
+
 /// A direction to go on in.
 pub(super) struct NextDirection {
     pub(super) direction: Vec3A,
@@ -34,7 +38,8 @@ impl<'a, D: Directions> GuidedVertex<'a, D> {
     /// Asks the field, if there is one.
     #[inline]
     pub(super) fn new(path: &mut Path<'_, impl Guidance<Directions = D>>, vertex: Vertex<'a>) -> Self {
-        let guide = path.guidance.directions(&vertex, &mut path.rng);
+        let is_early = path.scatter_count <= GUIDED_EVENTS;
+        let guide = if is_early { path.guidance.directions(&vertex, &mut path.rng) } else { None };
         Self { vertex, guide }
     }
 

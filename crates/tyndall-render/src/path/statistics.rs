@@ -15,6 +15,8 @@ pub struct PathStatistics {
     pub surface_events: u64,
     /// Scattering events in media.
     pub volume_events: u64,
+    /// Scattering events at which the field was asked for directions.
+    pub guided_events: u64,
     /// Candidates, look-ups and majorant violations.
     pub walks: WalkStats,
 }
@@ -32,6 +34,7 @@ impl PathStatistics {
         self.shadow_rays += other.shadow_rays;
         self.surface_events += other.surface_events;
         self.volume_events += other.volume_events;
+        self.guided_events += other.guided_events;
         self.walks += other.walks;
     }
 }

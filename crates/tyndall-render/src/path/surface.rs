@@ -87,6 +87,7 @@ impl<G: Guidance> Path<'_, G> {
         self.add_direct::<MEDIA>(&vertex, scratch, statistics);
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {
+            statistics.guided_events += 1;
             u = u.map(|u| self.guidance.shift(u));
         }
         let Some(next) = vertex.sample(u) else { return false };
