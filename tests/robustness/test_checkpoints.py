@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 KILLS = 25
-OPTIONS = ("--spp", "2000", "--max-bounces", "8", "--guiding", "off", "--distance-sampling", "delta")
+OPTIONS = ("--spp", "1200", "--max-bounces", "8", "--guiding", "off", "--distance-sampling", "delta")
 AOVS = ("--aov", "rgba", "depth", "samples", "variance")
 RESUMING = ("--checkpoint", "0.02", "--resume")
 
