@@ -69,6 +69,7 @@ impl Session {
             World::build(&scene.scene, &settings, scene.assets.as_ref(), &mut cache)
         })?
         .map_err(|e| SceneError::new_err(e.to_string()))?;
+        scene.assets.drop_unused();
         let diagnostics = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
         let build_secs = start.elapsed().as_secs_f64();
         let mut session = tyndall_render::Session::new(Arc::new(world), settings)
