@@ -76,8 +76,9 @@ def render(scene, out, *arguments):
         (["--mask", "World"], "--mask"),
         (["--cache", "x"], "--cache is not available in this version"),
         (["--cache-mode", "read"], "not available in this version"),
-        (["--resume"], "not available in this version"),
-        (["--checkpoint", "60"], "not available in this version"),
+        (["--checkpoint", "-1"], "negative"),
+        (["--sample-range", "5"], "0:128"),
+        (["--sample-range", "64:64"], "no samples"),
         (["--noise-threshold", "0.01"], "not available in this version"),
         (["--distance-sampling", "nds-"], "nds+"),
         (["--tile-index", "1"], "not available in this version"),
@@ -215,9 +216,9 @@ def _settings_of(scene, tmp_path, *arguments):
     seen = {}
     session = tyndall.Session
 
-    def spy(committed, settings):
+    def spy(committed, settings, **options):
         seen.update(settings)
-        return session(committed, settings)
+        return session(committed, settings, **options)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tyndall, "Session", spy)
@@ -311,19 +312,19 @@ def test_an_interrupted_render_writes_what_it_has(scene, tmp_path, capfd, which)
     session = tyndall.Session
 
     class Interrupting:
-        def __init__(self, *arguments):
-            self._session = session(*arguments)
+        def __init__(self, *arguments, **options):
+            self._session = session(*arguments, **options)
 
         def __getattr__(self, name):
             return getattr(self._session, name)
 
-        def render(self, _report):
+        def render(self, _report, checkpoint):
             def report(progress):
                 if progress.samples_done:
                     os.kill(os.getpid(), which)
                 return None
 
-            return self._session.render(report)
+            return self._session.render(report, checkpoint)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tyndall, "Session", Interrupting)

@@ -27,7 +27,7 @@ from tyndall_usd.traversal import Drawable, Group, Traversal
 
 if TYPE_CHECKING:
     from collections import Counter
-    from collections.abc import Collection, Iterator
+    from collections.abc import Collection, Iterator, Mapping
 
     from pxr import Usd
     from tyndall.delegate import Severity
@@ -86,6 +86,11 @@ class SceneIndex:
         self._synced: dict[str, Prim] = {}
         self.messages = Messages()
         self.type_counts: Counter[str]
+
+    @property
+    def prims(self) -> Mapping[str, Prim]:
+        """What is at the delegate, by path."""
+        return self._synced
 
     def sync(self, time: Usd.TimeCode) -> int:
         """Bring the delegate to `time`; return how many prims changed.

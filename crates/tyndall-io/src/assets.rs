@@ -11,10 +11,11 @@ use tyndall_scene::prim::FieldSource;
 use tyndall_scene::{AssetError, AssetLoader, ColorSpace, FieldGrid, ImageData};
 use tyndall_vdb::{VdbError, VdbFile};
 
-/// Loads images and grids from disk and keeps them until the file changes (its length or modification time) or [`clear`] is
-/// called. Thread-safe; two threads that ask for a new file at the same moment may both read it, and then share one.
+/// Loads images and grids from disk and keeps them until the file changes (its length or modification time), or nobody
+/// asks for it any more ([`drop_unused`]). Thread-safe; two threads that ask for a new file at the same moment may both
+/// read it, and then share one.
 ///
-/// [`clear`]: FileAssets::clear
+/// [`drop_unused`]: FileAssets::drop_unused
 #[derive(Debug, Default)]
 pub struct FileAssets {
     images: FileCache<ColorSpace, ImageData>,
@@ -31,6 +32,12 @@ impl FileAssets {
     pub fn clear(&self) {
         self.images.clear();
         self.grids.clear();
+    }
+
+    /// Forgets what nobody asked for since the last call: the files of frames that are over.
+    pub fn drop_unused(&self) {
+        self.images.drop_unused();
+        self.grids.drop_unused();
     }
 
     /// The grid called `name` of the OpenVDB file at `path`; `index` chooses among grids of the same name.
@@ -96,7 +103,22 @@ impl Stamp {
     }
 }
 
-type Entries<Variant, T> = FxHashMap<(PathBuf, Variant), (Stamp, Arc<T>)>;
+type Entries<Variant, T> = FxHashMap<(PathBuf, Variant), Entry<T>>;
+
+#[derive(Debug)]
+struct Entry<T> {
+    stamp: Stamp,
+    content: Arc<T>,
+    /// Since the last [`FileAssets::drop_unused`].
+    is_used: bool,
+}
+
+impl<T> Entry<T> {
+    fn give(&mut self) -> Arc<T> {
+        self.is_used = true;
+        Arc::clone(&self.content)
+    }
+}
 
 /// Decoded content by path and the `Variant` it was decoded as (colour space, grid name, …).
 #[derive(Debug)]
@@ -123,19 +145,19 @@ impl<Variant: Eq + Hash, T> FileCache<Variant, T> {
     ) -> Result<Arc<T>, AssetError> {
         let key = (path.to_path_buf(), variant);
         let stamp = Stamp::of(path);
-        if let Some((cached_stamp, content)) = self.lock().get(&key)
-            && Some(*cached_stamp) == stamp
+        if let Some(entry) = self.lock().get_mut(&key)
+            && Some(entry.stamp) == stamp
         {
-            return Ok(content.clone());
+            return Ok(entry.give());
         }
         let loaded = Arc::new(load()?);
         // The stamp from before loading: if the file changed meanwhile, the next call reads it again.
         let Some(stamp) = stamp else { return Ok(loaded) };
         let mut entries = self.lock();
-        match entries.get(&key) {
-            Some((other_stamp, other)) if *other_stamp == stamp => Ok(other.clone()),
+        match entries.get_mut(&key) {
+            Some(other) if other.stamp == stamp => Ok(other.give()),
             _ => {
-                entries.insert(key, (stamp, loaded.clone()));
+                entries.insert(key, Entry { stamp, content: Arc::clone(&loaded), is_used: true });
                 Ok(loaded)
             }
         }
@@ -143,6 +165,10 @@ impl<Variant: Eq + Hash, T> FileCache<Variant, T> {
 
     fn clear(&self) {
         self.lock().clear();
+    }
+
+    fn drop_unused(&self) {
+        self.lock().retain(|_, entry| std::mem::take(&mut entry.is_used));
     }
 
     fn lock(&self) -> MutexGuard<'_, Entries<Variant, T>> {

@@ -26,6 +26,22 @@ fn a_file_is_read_once_per_colour_space() {
 }
 
 #[test]
+fn what_nobody_asks_for_is_forgotten() {
+    let folder = tempfile::tempdir().unwrap();
+    let assets = FileAssets::new();
+    let frames = ["a.png", "b.png"].map(|name| folder.path().join(name));
+    let still = folder.path().join("still.png");
+    frames.iter().chain([&still]).for_each(|path| write_grey(path, 0.5, 1));
+    let first = assets.image(&still, ColorSpace::Auto).unwrap();
+    for path in &frames {
+        assets.image(path, ColorSpace::Auto).unwrap();
+        assert!(Arc::ptr_eq(&first, &assets.image(&still, ColorSpace::Auto).unwrap()));
+        assets.drop_unused();
+        assert_eq!(assets.images.lock().len(), 2, "{path:?} and the one that stays");
+    }
+}
+
+#[test]
 fn a_changed_file_is_read_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");

@@ -83,7 +83,8 @@ impl IoError {
         Self::Read { path: path.into(), source }
     }
 
-    pub(crate) fn write(path: &Path, source: io::Error) -> Self {
+    /// The system's refusal while writing `path`.
+    pub fn write(path: &Path, source: io::Error) -> Self {
         Self::Write { path: path.into(), source }
     }
 

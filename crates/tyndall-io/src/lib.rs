@@ -10,6 +10,7 @@
 //! | `image` | textures of any supported format as [`tyndall_scene::ImageData`] |
 //! | `assets` | [`FileAssets`], the caching loader of a committed scene |
 //! | `atomic` | [`write_atomically`]: a complete new file or the untouched old one |
+//! | `bytes` | [`read_bytes`]: files of a format that another crate knows |
 //!
 //! Invariants
 //! - Files come from strangers: damaged, truncated or hostile input gives an [`IoError`] naming the file. Memory is
@@ -18,6 +19,7 @@
 
 mod assets;
 mod atomic;
+mod bytes;
 mod error;
 mod exr;
 mod image;
@@ -27,6 +29,7 @@ mod png;
 
 pub use assets::FileAssets;
 pub use atomic::write_atomically;
+pub use bytes::read_bytes;
 pub use error::IoError;
 pub use exr::{ExrCompression, ExrImage, Layer, SampleType, read_exr, write_exr};
 pub use image::{SUPPORTED_TEXTURES, load_image};

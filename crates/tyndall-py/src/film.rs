@@ -1,6 +1,6 @@
 //! The image of a session.
 
-use crate::error::{FileError, SettingsError, guarded};
+use crate::error::{FileError, RenderError, SettingsError, guarded};
 use numpy::{PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ use tyndall_render::aov::{self, Precision};
 /// An image with its AOVs.
 #[pyclass(frozen, module = "tyndall")]
 pub(crate) struct Film {
-    film: tyndall_render::Film,
+    pub(crate) film: tyndall_render::Film,
     pixel_aspect: f32,
     #[pyo3(get)]
     was_interrupted: bool,
@@ -24,6 +24,42 @@ impl Film {
 
 #[pymethods]
 impl Film {
+    /// The film and the text in a file by `write_state` or a session's checkpoint.
+    #[staticmethod]
+    fn read_state(py: Python<'_>, path: PathBuf) -> PyResult<(Self, String)> {
+        let read = guarded(py, || {
+            let bytes = tyndall_io::read_bytes(&path).map_err(|e| e.to_string())?;
+            tyndall_render::Film::read_state(&bytes).map_err(|e| format!("{}: {e}", path.display()))
+        })?;
+        let (film, description) = read.map_err(FileError::new_err)?;
+        Ok((Self::new(film, 1.0, false), description))
+    }
+
+    /// Writes all that is known of the samples, for sessions that go on from here and for `joined`.
+    fn write_state(&self, py: Python<'_>, path: PathBuf, description: &str) -> PyResult<()> {
+        guarded(py, || write_state(&self.film, description, &path))?.map_err(FileError::new_err)
+    }
+
+    /// This film with the samples of `following`, which begin where its own end.
+    fn joined(&self, py: Python<'_>, following: &Self) -> PyResult<Self> {
+        let joined = guarded(py, || {
+            let mut film = self.film.clone();
+            film.append(&following.film).map(|()| film)
+        })?;
+        Ok(Self::new(joined.map_err(RenderError::new_err)?, self.pixel_aspect, false))
+    }
+
+    /// This film with pixels so many times as wide as high.
+    fn with_pixel_aspect(&self, pixel_aspect: f32) -> Self {
+        Self::new(self.film.clone(), pixel_aspect, self.was_interrupted)
+    }
+
+    /// Indices of the samples that every pixel has: the first, and the one after the last.
+    #[getter]
+    fn sample_range(&self) -> (u32, u32) {
+        (self.film.first_sample(), self.film.next_sample())
+    }
+
     /// Samples every pixel has at least.
     #[getter]
     fn samples(&self) -> u32 {
@@ -76,6 +112,18 @@ impl Film {
         }
         .map_err(FileError::new_err)
     }
+}
+
+/// Writes a film and a text of the caller's, atomically.
+pub(crate) fn write_state(
+    film: &tyndall_render::Film,
+    description: &str,
+    path: &std::path::Path,
+) -> Result<(), String> {
+    tyndall_io::write_atomically(path, |file| {
+        film.write_state(description, file).map_err(|e| tyndall_io::IoError::write(path, e))
+    })
+    .map_err(|e| e.to_string())
 }
 
 type Metadata = [(String, tyndall_io::MetaValue)];

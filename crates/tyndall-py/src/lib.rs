@@ -3,6 +3,7 @@
 //! Translation only. Arrays cross as numpy buffers (`tyndall.prims` has made them contiguous and of the right type),
 //! the GIL is released while the core works, and Rust panics arrive as `tyndall.RenderError`.
 
+mod checkpoint;
 mod delegate;
 mod error;
 mod field;
@@ -33,6 +34,7 @@ mod _core {
     #[pymodule_init]
     fn init(module: &pyo3::Bound<'_, pyo3::types::PyModule>) -> pyo3::PyResult<()> {
         use pyo3::types::PyModuleMethods;
+        module.add("sample_grid", tyndall_render::SAMPLE_GRID)?;
         module.add("version", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -1,5 +1,6 @@
 //! Sessions: build the world, render with progress, stop on Ctrl-C.
 
+use crate::checkpoint::Checkpoint;
 use crate::delegate::{Diagnostic, Scene};
 use crate::error::{RenderError, SceneError, SettingsError, guarded};
 use crate::field::Field;
@@ -7,6 +8,7 @@ use crate::film::Film;
 use crate::prims::from_json;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -40,14 +42,22 @@ pub(crate) struct Session {
     build_secs: f64,
     render_secs: Mutex<f64>,
     train_secs: Mutex<f64>,
+    checkpoint_failure: Mutex<Option<String>>,
     interrupted: AtomicBool,
 }
 
 #[pymethods]
 impl Session {
     /// Builds the world of `scene`. `settings` are `tyndall.setting_specs()`' names; absent ones have their defaults.
+    /// With `sample_range`, renders these samples of every pixel only.
     #[new]
-    fn new(py: Python<'_>, scene: &Scene, settings: &Bound<'_, PyDict>) -> PyResult<Self> {
+    #[pyo3(signature = (scene, settings, *, sample_range = None))]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        settings: &Bound<'_, PyDict>,
+        sample_range: Option<(u32, u32)>,
+    ) -> PyResult<Self> {
         let json: String = py.import("json")?.call_method1("dumps", (settings,))?.extract()?;
         let settings = RenderSettings::from_json(&json).map_err(|e| SettingsError::new_err(e.to_string()))?;
         for name in &settings.aovs {
@@ -59,16 +69,21 @@ impl Session {
             World::build(&scene.scene, &settings, scene.assets.as_ref(), &mut cache)
         })?
         .map_err(|e| SceneError::new_err(e.to_string()))?;
+        scene.assets.drop_unused();
         let diagnostics = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
         let build_secs = start.elapsed().as_secs_f64();
-        let session = tyndall_render::Session::new(Arc::new(world), settings)
+        let mut session = tyndall_render::Session::new(Arc::new(world), settings)
             .map_err(|e| RenderError::new_err(e.to_string()))?;
+        if let Some((first, end)) = sample_range {
+            session = session.restricted_to(first..end).map_err(|e| SettingsError::new_err(e.to_string()))?;
+        }
         Ok(Self {
             session,
             diagnostics,
             build_secs,
             render_secs: Mutex::new(0.0),
             train_secs: Mutex::new(0.0),
+            checkpoint_failure: Mutex::default(),
             interrupted: AtomicBool::new(false),
         })
     }
@@ -79,19 +94,53 @@ impl Session {
         self.diagnostics.clone()
     }
 
+    /// Whether guides learn during the render, so that a render made in parts or resumed has other noise.
+    #[getter]
+    fn learns(&self) -> bool {
+        self.session.learns()
+    }
+
+    /// Goes on from the film of an earlier session of the same scene and settings.
+    fn resume(&self, earlier: &Film) -> PyResult<()> {
+        self.session.resume(&earlier.film).map_err(|e| RenderError::new_err(e.to_string()))
+    }
+
     /// Renders to the end, the time limit, or until `progress` returns False. An exception raised by `progress` and
-    /// Ctrl-C come out as they are; `film()` has what was done until then.
-    #[pyo3(signature = (progress = None))]
-    fn render(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Film> {
+    /// Ctrl-C come out as they are; `film()` has what was done until then. A `checkpoint` (path, seconds, text) saves
+    /// the film at most so often.
+    #[pyo3(signature = (progress = None, checkpoint = None))]
+    fn render(
+        &self,
+        py: Python<'_>,
+        progress: Option<Bound<'_, PyAny>>,
+        checkpoint: Option<(PathBuf, f64, String)>,
+    ) -> PyResult<Film> {
         let control = Control::with_clock(clock);
         let start = Instant::now();
-        let outcome = self.run(py, &control, progress.as_ref(), start);
+        let mut checkpoint = match checkpoint {
+            Some((path, seconds, text)) => {
+                let every = Duration::try_from_secs_f64(seconds)
+                    .map_err(|e| SettingsError::new_err(format!("checkpoint every {seconds} s: {e}")))?;
+                Some(Checkpoint::new(path, every, text))
+            }
+            None => None,
+        };
+        let outcome = self.run(py, &control, progress.as_ref(), start, checkpoint.as_mut());
         *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner) += start.elapsed().as_secs_f64();
         *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner) +=
             control.time_learning().as_secs_f64();
         self.interrupted.store(matches!(outcome, Ok(false) | Err(_)), Ordering::Relaxed);
         outcome?;
+        if let Some(failure) = checkpoint.and_then(|checkpoint| checkpoint.failure) {
+            self.checkpoint_failure.lock().unwrap_or_else(PoisonError::into_inner).replace(failure);
+        }
         Ok(self.film())
+    }
+
+    /// Why the last checkpoint could not be written; None if it was.
+    #[getter]
+    fn checkpoint_failure(&self) -> Option<String> {
+        self.checkpoint_failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// The image so far.
@@ -149,12 +198,17 @@ impl Session {
         control: &Control,
         progress: Option<&Bound<'_, PyAny>>,
         start: Instant,
+        mut checkpoint: Option<&mut Checkpoint>,
     ) -> PyResult<bool> {
         let finished = AtomicBool::new(false);
         std::thread::scope(|scope| {
             let worker = scope.spawn(|| {
                 let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                    self.session.render(control);
+                    self.session.render_watched(control, &mut |film| {
+                        if let Some(checkpoint) = &mut checkpoint {
+                            checkpoint.save_when_due(film);
+                        }
+                    });
                 }));
                 finished.store(true, Ordering::Release);
                 outcome

@@ -75,6 +75,17 @@ pub struct PixelStatistics {
     pub sum_of_squares: [f64; 3],
 }
 
+impl PixelStatistics {
+    /// Adds those of further samples.
+    pub(crate) fn merge(&mut self, other: &Self) {
+        self.count += other.count;
+        for c in 0..3 {
+            self.sum[c] += other.sum[c];
+            self.sum_of_squares[c] += other.sum_of_squares[c];
+        }
+    }
+}
+
 /// How the mean over samples is formed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mean {

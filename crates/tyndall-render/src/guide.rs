@@ -95,6 +95,11 @@ impl RenderGuide {
         }
     }
 
+    /// Whether passes depend on what those before them taught.
+    pub(crate) fn learns(&self) -> bool {
+        self.camera.is_some() || self.field.is_some()
+    }
+
     /// The field of directions, if there is one.
     pub(crate) fn field(&self) -> Option<&Field> {
         self.field.as_ref()

@@ -13,7 +13,7 @@ mod session;
 mod world;
 
 pub use camera::{CameraModel, CameraRay};
-pub use film::{Film, TILE_SIZE};
+pub use film::{Film, SAMPLE_GRID, StateError, TILE_SIZE};
 pub use guide::{FieldSize, GuideStatistics, TrialResult};
 pub use path::PathStatistics;
 pub use session::{Control, Session, SessionError};

@@ -1,25 +1,23 @@
 //! Rendering a world into a film: passes, tiles, threads, cancelling.
 //!
-//! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
-//! order, so the number of threads never changes a bit of the image.
+//! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in an order
+//! that belongs to the film, so neither the number of threads nor a stop and a fresh start between two passes changes a
+//! bit of the image. Only what guides have learned is lost with a session.
 
 mod stopwatch;
 
-use crate::film::{Film, Tile};
+use crate::film::{Film, SAMPLE_GRID, Tile, leaf_end};
 use crate::guide::{GuideStatistics, RenderGuide, TileLessons};
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
-use std::sync::Arc;
-use std::sync::Mutex;
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use stopwatch::Stopwatch;
 use tyndall_guiding::field::Field;
 use tyndall_scene::RenderSettings;
-
-/// Samples a pixel takes in one pass at the most: bounds how unevenly a cancelled image is sampled.
-const MAX_PASS: u32 = 32;
 
 /// Why a session could not start.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -84,6 +82,9 @@ pub struct Session {
     settings: RenderSettings,
     pool: rayon::ThreadPool,
     film: Mutex<Film>,
+    /// The samples to be rendered.
+    range: Range<u32>,
+    learns: bool,
     statistics: Mutex<PathStatistics>,
     /// What the last render learned.
     guide: Mutex<Option<RenderGuide>>,
@@ -102,18 +103,56 @@ impl Session {
             .thread_name(|i| format!("tyndall-{i}"))
             .build()
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
+        let range = 0..settings.samples;
+        let learns = RenderGuide::new(&film, &settings, world.has_media()).learns();
         let (film, statistics, guide) = (Mutex::new(film), Mutex::default(), Mutex::default());
-        Ok(Self { world, settings, pool, film, statistics, guide })
+        Ok(Self { world, settings, pool, film, range, learns, statistics, guide })
+    }
+
+    /// The session, rendering only these samples of every pixel: a part that [`Film::append`] adds to others.
+    ///
+    /// # Errors
+    /// The range is empty or ends beyond the settings' samples, or other parts could not go on from its borders.
+    pub fn restricted_to(mut self, range: Range<u32>) -> Result<Self, SessionError> {
+        let refuse = |why: String| Err(SessionError::Film(why));
+        let (Range { start, end }, samples) = (range, self.settings.samples);
+        if start >= end || end > samples {
+            return refuse(format!("samples {start}:{end} are not a range within 0:{samples}"));
+        }
+        if !end.is_multiple_of(SAMPLE_GRID) && end != samples {
+            return refuse(format!(
+                "a part ends before sample {end}, which is neither a multiple of {SAMPLE_GRID} nor the end, {samples}"
+            ));
+        }
+        let [width, height] = self.settings.resolution;
+        let film = Film::starting_at(start, width, height, &self.settings.aovs);
+        self.film = Mutex::new(film.map_err(SessionError::Film)?);
+        self.range = start..end;
+        Ok(self)
+    }
+
+    /// Goes on from the film of an earlier session with the same world and settings.
+    ///
+    /// # Errors
+    /// The film has another size, other AOVs or another first sample than the next one to be made.
+    pub fn resume(&self, earlier: &Film) -> Result<(), SessionError> {
+        self.film.lock().unwrap_or_else(PoisonError::into_inner).append(earlier).map_err(SessionError::Film)
     }
 
     /// Renders all passes, or until `control` is stopped.
     pub fn render(&self, control: &Control) {
+        self.render_watched(control, &mut |_| ());
+    }
+
+    /// As [`Self::render`], and shows the film after every pass, the one that was stopped too.
+    pub fn render_watched(&self, control: &Control, after_pass: &mut dyn FnMut(&Film)) {
         let integrator = Integrator::new(&self.world, &self.settings);
-        let mut film = self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
         let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
-        let mut done = film.min_samples();
-        while done < self.settings.samples && !control.is_stopped() {
-            let target = (done + pass_size(done)).min(self.settings.samples);
+        control.samples.fetch_add(film.total_samples(), Ordering::Relaxed);
+        let mut done = film.next_sample();
+        while done < self.range.end && !control.is_stopped() {
+            let target = leaf_end(done).min(self.range.end);
             let image: &mut Film = &mut film;
             guide.begin_pass(done, target);
             let (of_pass, lessons) =
@@ -121,38 +160,45 @@ impl Session {
             if !lessons.is_empty() {
                 control.learning.time(|| self.pool.install(|| guide.learn(image, lessons)));
             }
-            self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).merge(&of_pass);
+            self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&of_pass);
             control.passes.fetch_add(1, Ordering::Relaxed);
+            after_pass(&film);
             done = target;
         }
-        *self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = Some(guide);
+        *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = Some(guide);
     }
 
     /// Pixel samples a complete render takes.
     pub fn samples_total(&self) -> u64 {
         let [width, height] = self.settings.resolution;
-        u64::from(width) * u64::from(height) * u64::from(self.settings.samples)
+        u64::from(width) * u64::from(height) * self.range.len() as u64
+    }
+
+    /// Whether guides learn during the render: then samples depend on those before them, and an image that is made in
+    /// parts or resumed has other noise than one made at once.
+    pub fn learns(&self) -> bool {
+        self.learns
     }
 
     /// A copy of the image so far.
     pub fn film(&self) -> Film {
-        self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.film.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// Counts of what the paths did.
     pub fn statistics(&self) -> PathStatistics {
-        self.statistics.lock().unwrap_or_else(std::sync::PoisonError::into_inner).clone()
+        self.statistics.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
     /// How much the last render learned; `None` if it was not guided, or is not over.
     pub fn guide_statistics(&self) -> Option<GuideStatistics> {
-        let guide = self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let guide = self.guide.lock().unwrap_or_else(PoisonError::into_inner);
         guide.as_ref().and_then(RenderGuide::statistics)
     }
 
     /// A copy of the field of directions that the last render learned, in camera-relative space.
     pub fn field(&self) -> Option<Field> {
-        let guide = self.guide.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        let guide = self.guide.lock().unwrap_or_else(PoisonError::into_inner);
         guide.as_ref().and_then(RenderGuide::field).cloned()
     }
 
@@ -167,11 +213,6 @@ impl Session {
     }
 }
 
-/// Samples of the pass after `done` samples: 1, 1, 2, 4, 8, ...
-fn pass_size(done: u32) -> u32 {
-    done.clamp(1, MAX_PASS)
-}
-
 /// Brings every pixel to `target` samples; returns what the paths did and, of each tile, what they taught.
 fn render_pass(
     integrator: &Integrator,
@@ -181,8 +222,9 @@ fn render_pass(
     control: &Control,
 ) -> (PathStatistics, Vec<TileLessons>) {
     let pixels = u64::from(film.width()) * u64::from(film.height());
-    let stride = guide.teaching_stride(pixels * u64::from(target - film.min_samples()));
-    let pass = Pass { integrator, guide, control, first: film.min_samples(), target, stride };
+    let first = film.next_sample();
+    let stride = guide.teaching_stride(pixels * u64::from(target - first));
+    let pass = Pass { integrator, guide, control, first, target, stride };
     let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(|tile| pass.render(tile)).collect();
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
@@ -211,9 +253,9 @@ impl Pass<'_> {
         let mut lessons = self.guide.lessons(tile, self.first, self.target);
         let mut scratch = self.integrator.scratch();
         let mut number = 0;
+        let first = tile.begin(self.target);
         for index in 0..tile.len() {
             let (x, y) = tile.pixel(index);
-            let first = tile.sample_count(index);
             let told = self.guide.lookup([x, y]);
             for sample in first..self.target {
                 if self.control.is_stopped() {
@@ -237,22 +279,7 @@ impl Pass<'_> {
             let taken = u64::from(self.target.saturating_sub(first));
             self.control.samples.fetch_add(taken, Ordering::Relaxed);
         }
+        tile.finish();
         (statistics, lessons)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn passes_double_up_to_their_limit() {
-        let mut done = 0;
-        let mut sizes = Vec::new();
-        while done < 100 {
-            sizes.push(pass_size(done));
-            done += pass_size(done);
-        }
-        assert_eq!(sizes[..8], [1, 1, 2, 4, 8, 16, 32, 32]);
     }
 }

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 _LATER_OPTIONS: dict[str, int | None] = {
     "--cache": 1,
     "--cache-mode": 1,
-    "--resume": 0,
-    "--checkpoint": 1,
     "--noise-threshold": 1,
     "--tile-index": 1,
     "--tile-count": 2,
@@ -65,6 +63,7 @@ def make_parser() -> argparse.ArgumentParser:
     _add_inspect(
         commands.add_parser("inspect", help="draw what guiding learns of the light", allow_abbrev=False)
     )
+    _add_merge(commands.add_parser("merge", help="add up parts made by --sample-range", allow_abbrev=False))
     for name in _LATER_COMMANDS:
         later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
         later.add_argument("rest", nargs=argparse.REMAINDER)
@@ -110,6 +109,10 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         metavar="PRIM",
         help="the RenderSettings prim to use",
     )
+    _add_log(parser)
+
+
+def _add_log(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-v", "--verbose", action="count", default=0, help="say more; -vv shows tracebacks")
     parser.add_argument("-q", "--quiet", action="store_true", help="show only errors")
     parser.add_argument("--log-json", action="store_true", help="log as one JSON object a line")
@@ -119,6 +122,13 @@ def _add_info(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("input", metavar="INPUT", help=".usd .usda .usdc .usdz")
     parser.add_argument("--json", action="store_true", help="as JSON")
     _add_common(parser)
+
+
+def _add_merge(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("parts", metavar="PART", nargs="+", help="images made by --sample-range")
+    parser.add_argument("-o", "--output", metavar="PATH", required=True, help=".exr or .png")
+    parser.add_argument("--strict", action="store_true", help="exit with 3 if guiding learned in the parts")
+    _add_log(parser)
 
 
 def _add_render(parser: argparse.ArgumentParser) -> None:
@@ -142,6 +152,19 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")
     add("--stats", metavar="FILE.json", help="write times, memory and counts")
     add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
+    add(
+        "--sample-range",
+        type=_sample_range,
+        metavar="A:B",
+        help="render only the samples A to B-1 of --spp, as a part for tyndall merge; multiples of 32",
+    )
+    add(
+        "--checkpoint",
+        type=_seconds,
+        metavar="SECONDS",
+        help="save the render so often, beside the image as .checkpoint",
+    )
+    add("--resume", action="store_true", help="go on from the checkpoint if there is one")
     for option, n_values in _LATER_OPTIONS.items():
         add(option, action=_NotAvailable, nargs=n_values, help=argparse.SUPPRESS)
     _add_image(parser)
@@ -229,6 +252,16 @@ def _resolution(text: str) -> tuple[int, int]:
     if match is None:
         raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1920x1080")
     return _positive_int(match[1]), _positive_int(match[2])
+
+
+def _sample_range(text: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d+):(\d+)", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 0:128")
+    first, end = int(match[1]), int(match[2])
+    if first >= end:
+        raise argparse.ArgumentTypeError(f"{text} has no samples; the second number must be larger")
+    return first, end
 
 
 def _pixel(text: str) -> tuple[int, int]:

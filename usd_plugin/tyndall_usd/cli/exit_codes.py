@@ -17,3 +17,7 @@ class ExitCode(enum.IntEnum):
 
 class UsageError(Exception):
     """What was asked for makes no sense; the text says why and what does."""
+
+
+class StrictError(Exception):
+    """What would be a warning, under ``--strict``."""

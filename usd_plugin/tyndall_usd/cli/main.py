@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from tyndall_usd.cli import log
 from tyndall_usd.cli.arguments import make_parser, parse
-from tyndall_usd.cli.exit_codes import ExitCode, UsageError
+from tyndall_usd.cli.exit_codes import ExitCode, StrictError, UsageError
 
 if TYPE_CHECKING:
     import argparse
@@ -38,6 +38,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except UsageError as error:
         log.fail(str(error))
         return ExitCode.USAGE
+    except StrictError as error:
+        log.fail(str(error))
+        return ExitCode.DIAGNOSTICS
     except KeyboardInterrupt:
         log.fail("interrupted")
         return ExitCode.INTERRUPTED
@@ -67,6 +70,10 @@ def _run(options: argparse.Namespace) -> int:
         from tyndall_usd.cli.inspect import run_inspect
 
         return run_inspect(options)
+    if options.command == "merge":
+        from tyndall_usd.cli.merge import run_merge
+
+        return run_merge(options)
     from tyndall_usd.cli.render import run_render
 
     return run_render(options)

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 import tyndall
 from pxr import Usd
 
+from tyndall_usd.cli.checkpoint import Checkpoint
 from tyndall_usd.cli.exit_codes import ExitCode, UsageError
+from tyndall_usd.cli.film_state import Description, checkpoint_file, part_file
 from tyndall_usd.cli.frames import parse_frames
 from tyndall_usd.cli.inputs import open_input, stage_settings
 from tyndall_usd.cli.log import LOG, DiagnosticLog
@@ -17,7 +19,8 @@ from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
 from tyndall_usd.cli.stats import Stats, guide_metadata
-from tyndall_usd.messages import Messages
+from tyndall_usd.fingerprint import fingerprint
+from tyndall_usd.messages import Message, Messages
 from tyndall_usd.stage import first_time
 
 if TYPE_CHECKING:
@@ -55,6 +58,8 @@ class _Run:
         tasks = plan_tasks(settings.products, self.options, messages)
         check_outputs(tasks, [frame for _, frame in times], make_folders=self.options.make_output_path)
         self.shot = Shot(self.stage, settings, self.options)
+        if self.options.sample_range and self.shot.renderer_settings["timeLimit"]:
+            raise UsageError("--sample-range: a part is complete or useless; render it without a time limit")
         messages.send(self.shot.delegate)
         for time, frame in times:
             if self._is_done(tasks, frame):
@@ -67,28 +72,38 @@ class _Run:
         return self._conclude()
 
     def _is_done(self, tasks: list[Task], frame: float) -> bool:
+        if not self.options.skip_existing_frames:
+            return False
         files = [image.at(frame) for task in tasks for image in task.images]
-        return bool(self.options.skip_existing_frames) and all(file.exists() for file in files)
+        # A checkpoint beside an image says that it was stopped.
+        return all(file.exists() and not checkpoint_file(file).exists() for file in files)
 
     def _render_frame(self, task: Task, time: Usd.TimeCode, frame: float) -> bool:
         """Render one frame and write its images; return whether it was left to end."""
         _, settings = self.shot.sync_camera(task.view, time)
         settings["aovs"] = task.aovs
         with self.stats.phase("build"):
-            session = tyndall.Session(self.shot.delegate.commit(), settings)
+            session = tyndall.Session(
+                self.shot.delegate.commit(), settings, sample_range=self.options.sample_range
+            )
         self.diagnostics.show(session.diagnostics)
+        description = self._describe(task, frame, session, settings)
+        checkpoint = Checkpoint(task.images[0].at(frame), description, self.options, self.diagnostics)
+        checkpoint.resume(session)
         before = self.stats.seconds["render"]
         is_complete = True
         with self.stats.phase("render"):
             try:
                 with progress_reporter(self.options.progress, f"frame {frame:g}") as report:
-                    film = session.render(report)
+                    film = session.render(report, checkpoint.request)
             except KeyboardInterrupt:
                 film, is_complete = session.film(), False
         seconds = self.stats.seconds["render"] - before
         statistics = session.statistics
         figures = {"tyndall:seconds": f"{seconds:.3f}", **guide_metadata(statistics)}
-        self._write(task, frame, film, figures, settings)
+        self._write(task, frame, film, {**figures, **description.metadata})
+        self._write_part(task, frame, film, description)
+        checkpoint.conclude(session, film)
         self.stats.frames.append(
             {
                 "frame": frame,
@@ -103,22 +118,44 @@ class _Run:
             LOG.error("tyndall: interrupted; the images have at least %d samples per pixel", film.samples)
         return is_complete
 
-    def _write(
-        self, task: Task, frame: float, film: tyndall.Film, metadata: dict[str, str], settings: dict[str, Any]
-    ) -> None:
-        metadata = {
-            **metadata,
-            "tyndall:version": tyndall.version,
-            "tyndall:input": Path(self.options.input).name,
-            "tyndall:frame": f"{frame:g}",
-            "tyndall:samples": str(film.samples),
-            **{f"tyndall:settings:{name}": _as_text(value) for name, value in settings.items()},
-        }
+    def _describe(
+        self, task: Task, frame: float, session: tyndall.Session, settings: dict[str, Any]
+    ) -> Description:
+        """Return what the film of a frame belongs to."""
+        options = self.options
+        is_saved = options.checkpoint is not None or options.resume or options.sample_range
+        if options.sample_range and session.learns:
+            what = "guiding learns in each part by itself: merged, they differ from one render in their noise"
+            action = "--guiding off --distance-sampling delta gives the same bits"
+            self.diagnostics.show([Message("warning", "", what, action)])
+        return Description(
+            # Reads all files: only if somebody will look.
+            scene=fingerprint(self.shot.index.prims) if is_saved else "",
+            settings=settings,
+            sample_range=list(options.sample_range or (0, settings["samples"])),
+            learns=session.learns,
+            aovs=list(task.images[0].aovs),
+            metadata={
+                "tyndall:version": tyndall.version,
+                "tyndall:input": Path(options.input).name,
+                "tyndall:frame": f"{frame:g}",
+                **{f"tyndall:settings:{name}": _as_text(value) for name, value in settings.items()},
+            },
+        )
+
+    def _write(self, task: Task, frame: float, film: tyndall.Film, metadata: dict[str, str]) -> None:
+        metadata = {**metadata, "tyndall:samples": str(film.samples)}
         with self.stats.phase("write"):
             for image in task.images:
                 file = image.at(frame)
                 film.write(str(file), list(image.aovs), metadata)
                 LOG.info("%s: %d samples per pixel, %s s", file, film.samples, metadata["tyndall:seconds"])
+
+    def _write_part(self, task: Task, frame: float, film: tyndall.Film, description: Description) -> None:
+        """Keep the sums of a part that is complete."""
+        if self.options.sample_range and film.sample_range == self.options.sample_range:
+            with self.stats.phase("write"):
+                film.write_state(part_file(task.images[0].at(frame)), description.to_json())
 
     def _conclude(self) -> int:
         errors, warnings = self.diagnostics.count("error"), self.diagnostics.count("warning")

@@ -1,0 +1,31 @@
+//! Where a film keeps the sums of each AOV.
+
+use crate::aov::{Aov, Mean, Source};
+
+/// Where each sample AOV keeps its sums.
+#[derive(Clone, Default)]
+pub(super) struct SumLayout {
+    /// Numbers a pixel.
+    pub(super) stride: usize,
+    pub(super) slots: Vec<Slot>,
+}
+
+/// The place of one AOV: its channels, then the count of samples if it is a [`Mean::Finite`].
+#[derive(Clone, Copy)]
+pub(super) struct Slot {
+    pub(super) aov: &'static Aov,
+    pub(super) offset: usize,
+}
+
+impl SumLayout {
+    pub(super) fn new(aovs: &[&'static Aov]) -> Self {
+        let mut layout = Self::default();
+        for aov in aovs {
+            if let Source::Sample(_, mean) = aov.source {
+                layout.slots.push(Slot { aov, offset: layout.stride });
+                layout.stride += aov.channels.len() + usize::from(mean == Mean::Finite);
+            }
+        }
+        layout
+    }
+}

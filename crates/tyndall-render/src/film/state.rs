@@ -1,0 +1,191 @@
+//! All of a film as bytes, for checkpoints and for parts made elsewhere.
+//!
+//! Little-endian, in this order: [`MAGIC`], version, length of the header, header (JSON: [`Header`]), the closed blocks
+//! of every tile, and the BLAKE3 digest of everything before it. What a cancelled pass left is not kept: it is rendered
+//! again.
+
+use super::Film;
+use super::block::Block;
+use crate::aov::PixelStatistics;
+use serde::{Deserialize, Serialize};
+use std::io::{self, Write};
+
+const MAGIC: [u8; 8] = *b"TYNDFILM";
+const VERSION: u32 = 1;
+const DIGEST: usize = blake3::OUT_LEN;
+/// Bytes of one pixel's statistics: a count, three sums, three sums of squares.
+const STATISTICS: usize = 4 + 6 * 8;
+
+/// What the blocks belong to.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    width: u32,
+    height: u32,
+    first_sample: u32,
+    aovs: Vec<String>,
+    /// What the caller wants to find again.
+    description: String,
+}
+
+/// Why bytes are not a film.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum StateError {
+    /// Something else altogether.
+    #[error("it holds no film")]
+    Foreign,
+    /// Written by another version.
+    #[error("its format is version {0}, this renderer reads version {VERSION}")]
+    Version(u32),
+    /// Cut off or changed.
+    #[error("it is cut off or damaged")]
+    Damaged,
+    /// It has AOVs this renderer does not know.
+    #[error("{0}")]
+    Film(String),
+}
+
+impl Film {
+    /// Writes the film and a text of the caller's.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_state(&self, description: &str, out: &mut dyn Write) -> io::Result<()> {
+        let header = Header {
+            width: self.width,
+            height: self.height,
+            first_sample: self.first_sample,
+            aovs: self.aovs.iter().map(|a| a.name.to_owned()).collect(),
+            description: description.to_owned(),
+        };
+        let header = serde_json::to_vec(&header)?;
+        let mut out = Hashing { out, hasher: blake3::Hasher::new() };
+        out.write_all(&MAGIC)?;
+        out.write_all(&VERSION.to_le_bytes())?;
+        out.write_all(&(header.len() as u32).to_le_bytes())?;
+        out.write_all(&header)?;
+        for tile in &self.tiles {
+            out.write_all(&(tile.blocks.len() as u32).to_le_bytes())?;
+            for block in &tile.blocks {
+                out.write_all(&block_bytes(block))?;
+            }
+        }
+        let digest = out.hasher.finalize();
+        out.out.write_all(digest.as_bytes())
+    }
+
+    /// Reads what [`Self::write_state`] wrote: the film and the caller's text.
+    ///
+    /// # Errors
+    /// The bytes are something else, of another version, or not all there.
+    pub fn read_state(bytes: &[u8]) -> Result<(Self, String), StateError> {
+        let mut input = Input { bytes };
+        if input.array()? != MAGIC {
+            return Err(StateError::Foreign);
+        }
+        let version = input.u32()?;
+        if version != VERSION {
+            return Err(StateError::Version(version));
+        }
+        let (content, digest) = bytes.split_last_chunk::<DIGEST>().ok_or(StateError::Damaged)?;
+        if blake3::hash(content).as_bytes() != digest {
+            return Err(StateError::Damaged);
+        }
+        input.bytes = input.bytes.strip_suffix(digest).ok_or(StateError::Damaged)?;
+        let header_len = input.u32()? as usize;
+        let header: Header =
+            serde_json::from_slice(input.take(header_len)?).map_err(|_| StateError::Damaged)?;
+        let film = read_film(&header, input)?;
+        Ok((film, header.description))
+    }
+}
+
+fn read_film(header: &Header, mut input: Input) -> Result<Film, StateError> {
+    // Every tile takes four bytes at least: a size that the bytes cannot hold is not allocated.
+    let tiles = u64::from(header.width.div_ceil(super::TILE_SIZE))
+        * u64::from(header.height.div_ceil(super::TILE_SIZE));
+    if tiles * 4 > input.bytes.len() as u64 {
+        return Err(StateError::Damaged);
+    }
+    let mut film = Film::starting_at(header.first_sample, header.width, header.height, &header.aovs)
+        .map_err(StateError::Film)?;
+    for tile in &mut film.tiles {
+        for _ in 0..input.u32()? {
+            let block = input.block(tile.len(), tile.layout.stride)?;
+            if block.first != tile.next_sample() || block.end <= block.first {
+                return Err(StateError::Damaged);
+            }
+            tile.blocks.push(block);
+        }
+    }
+    if input.bytes.is_empty() { Ok(film) } else { Err(StateError::Damaged) }
+}
+
+fn block_bytes(block: &Block) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(16 + block.statistics.len() * STATISTICS + block.sums.len() * 8);
+    bytes.extend(block.first.to_le_bytes());
+    bytes.extend(block.end.to_le_bytes());
+    bytes.extend(block.non_finite.to_le_bytes());
+    for pixel in &block.statistics {
+        bytes.extend(pixel.count.to_le_bytes());
+        pixel.sum.iter().chain(&pixel.sum_of_squares).for_each(|sum| bytes.extend(sum.to_le_bytes()));
+    }
+    block.sums.iter().for_each(|sum| bytes.extend(sum.to_le_bytes()));
+    bytes
+}
+
+/// Hashes what it writes.
+struct Hashing<'a> {
+    out: &'a mut dyn Write,
+    hasher: blake3::Hasher,
+}
+
+impl Hashing<'_> {
+    fn write_all(&mut self, bytes: &[u8]) -> io::Result<()> {
+        self.hasher.update(bytes);
+        self.out.write_all(bytes)
+    }
+}
+
+/// The bytes that have not been read.
+struct Input<'a> {
+    bytes: &'a [u8],
+}
+
+impl<'a> Input<'a> {
+    fn take(&mut self, len: usize) -> Result<&'a [u8], StateError> {
+        let (taken, rest) = self.bytes.split_at_checked(len).ok_or(StateError::Damaged)?;
+        self.bytes = rest;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N], StateError> {
+        self.take(N)?.try_into().map_err(|_| StateError::Damaged)
+    }
+
+    fn u32(&mut self) -> Result<u32, StateError> {
+        Ok(u32::from_le_bytes(self.array()?))
+    }
+
+    fn f64s<const N: usize>(&mut self) -> Result<[f64; N], StateError> {
+        let mut numbers = [0.0; N];
+        for number in &mut numbers {
+            *number = f64::from_le_bytes(self.array()?);
+        }
+        Ok(numbers)
+    }
+
+    fn block(&mut self, pixels: usize, stride: usize) -> Result<Block, StateError> {
+        let (first, end) = (self.u32()?, self.u32()?);
+        let non_finite = u64::from_le_bytes(self.array()?);
+        let mut statistics = Vec::with_capacity(pixels);
+        for _ in 0..pixels {
+            let count = self.u32()?;
+            let (sum, sum_of_squares) = (self.f64s()?, self.f64s()?);
+            statistics.push(PixelStatistics { count, sum, sum_of_squares });
+        }
+        let bytes = self.take(pixels * stride * 8)?;
+        let (numbers, _) = bytes.as_chunks::<8>();
+        let sums = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+        Ok(Block { first, end, non_finite, statistics, sums })
+    }
+}
