@@ -1,7 +1,8 @@
 //! Sessions: build the world, render with progress, stop on Ctrl-C.
 
+use crate::cache::SessionCache;
 use crate::delegate::{Diagnostic, Scene};
-use crate::error::{RenderError, SceneError, SettingsError, guarded};
+use crate::error::{FileError, RenderError, SceneError, SettingsError, guarded};
 use crate::field::Field;
 use crate::film::Film;
 use crate::prims::from_json;
@@ -36,6 +37,7 @@ pub(crate) struct Progress {
 #[pyclass(frozen, module = "tyndall")]
 pub(crate) struct Session {
     session: tyndall_render::Session,
+    cache: Option<SessionCache>,
     diagnostics: Vec<Diagnostic>,
     build_secs: f64,
     render_secs: Mutex<f64>,
@@ -59,12 +61,15 @@ impl Session {
             World::build(&scene.scene, &settings, scene.assets.as_ref(), &mut cache)
         })?
         .map_err(|e| SceneError::new_err(e.to_string()))?;
-        let diagnostics = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
+        let mut diagnostics: Vec<_> = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
         let build_secs = start.elapsed().as_secs_f64();
         let session = tyndall_render::Session::new(Arc::new(world), settings)
             .map_err(|e| RenderError::new_err(e.to_string()))?;
+        let cache = guarded(py, || SessionCache::open(&scene.scene, session.settings(), &session))?;
+        diagnostics.extend(cache.as_ref().and_then(SessionCache::diagnostic));
         Ok(Self {
             session,
+            cache,
             diagnostics,
             build_secs,
             render_secs: Mutex::new(0.0),
@@ -80,9 +85,10 @@ impl Session {
     }
 
     /// Renders to the end, the time limit, or until `progress` returns False. An exception raised by `progress` and
-    /// Ctrl-C come out as they are; `film()` has what was done until then.
-    #[pyo3(signature = (progress = None))]
-    fn render(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>) -> PyResult<Film> {
+    /// Ctrl-C come out as they are; `film()` has what was done until then, and the guiding cache what was learned. It
+    /// remembers `frame`.
+    #[pyo3(signature = (progress = None, frame = 0.0))]
+    fn render(&self, py: Python<'_>, progress: Option<Bound<'_, PyAny>>, frame: f64) -> PyResult<Film> {
         let control = Control::with_clock(clock);
         let start = Instant::now();
         let outcome = self.run(py, &control, progress.as_ref(), start);
@@ -90,7 +96,10 @@ impl Session {
         *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner) +=
             control.time_learning().as_secs_f64();
         self.interrupted.store(matches!(outcome, Ok(false) | Err(_)), Ordering::Relaxed);
+        let saved =
+            guarded(py, || self.cache.as_ref().map_or(Ok(()), |cache| cache.save(&self.session, frame)))?;
         outcome?;
+        saved.map_err(FileError::new_err)?;
         Ok(self.film())
     }
 
@@ -134,6 +143,9 @@ impl Session {
             value["guide"] = serde_json::to_value(guide).unwrap_or_default();
             let seconds = *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner);
             value["seconds"]["train"] = seconds.into();
+        }
+        if let Some(cache) = &self.cache {
+            value["cache"] = cache.status();
         }
         from_json(py, &value)
     }

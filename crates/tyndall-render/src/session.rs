@@ -3,6 +3,7 @@
 //! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in sample
 //! order, so the number of threads never changes a bit of the image.
 
+mod memory;
 mod stopwatch;
 
 use crate::film::{Film, Tile};
@@ -15,6 +16,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Duration;
 use stopwatch::Stopwatch;
+use tyndall_guiding::cache::Cache;
 use tyndall_guiding::field::Field;
 use tyndall_scene::RenderSettings;
 
@@ -87,6 +89,8 @@ pub struct Session {
     statistics: Mutex<PathStatistics>,
     /// What the last render learned.
     guide: Mutex<Option<RenderGuide>>,
+    /// What earlier renders learned.
+    memory: Mutex<Cache>,
 }
 
 impl Session {
@@ -102,8 +106,9 @@ impl Session {
             .thread_name(|i| format!("tyndall-{i}"))
             .build()
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
-        let (film, statistics, guide) = (Mutex::new(film), Mutex::default(), Mutex::default());
-        Ok(Self { world, settings, pool, film, statistics, guide })
+        let film = Mutex::new(film);
+        let (statistics, guide, memory) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Ok(Self { world, settings, pool, film, statistics, guide, memory })
     }
 
     /// Renders all passes, or until `control` is stopped.
@@ -111,6 +116,7 @@ impl Session {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
+        guide.recall(&mut self.memory.lock().unwrap_or_else(std::sync::PoisonError::into_inner));
         let mut done = film.min_samples();
         while done < self.settings.samples && !control.is_stopped() {
             let target = (done + pass_size(done)).min(self.settings.samples);

@@ -89,8 +89,8 @@ pub struct RenderSettings {
     pub distance_sampling: DistanceSampling,
     /// Whether directions are guided.
     pub guiding: Guiding,
-    /// The guiding cache's file; `None` is none.
-    pub cache_path: Option<String>,
+    /// The guiding cache's file; empty for none.
+    pub cache_path: String,
     /// What the cache is used for.
     pub cache_mode: CacheMode,
     /// AOVs to write, by name.
@@ -111,7 +111,7 @@ impl Default for RenderSettings {
             filter: PixelFilter::default(),
             distance_sampling: DistanceSampling::default(),
             guiding: Guiding::default(),
-            cache_path: None,
+            cache_path: String::new(),
             cache_mode: CacheMode::default(),
             aovs: vec!["rgba".to_owned()],
         }
@@ -208,7 +208,7 @@ impl RenderSettings {
             "cachePath",
             "string",
             &[],
-            "File of the guiding cache: what is learned here helps the next render.",
+            "File of the guiding cache, which keeps what is learned for the next render; empty for none.",
         ),
         text(
             "cacheMode",

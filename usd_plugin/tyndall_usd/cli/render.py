@@ -16,7 +16,7 @@ from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
-from tyndall_usd.cli.stats import Stats, guide_metadata
+from tyndall_usd.cli.stats import Stats, cache_metadata, guide_metadata, tell_cache
 from tyndall_usd.messages import Messages
 from tyndall_usd.stage import first_time
 
@@ -82,12 +82,17 @@ class _Run:
         with self.stats.phase("render"):
             try:
                 with progress_reporter(self.options.progress, f"frame {frame:g}") as report:
-                    film = session.render(report)
+                    film = session.render(report, frame)
             except KeyboardInterrupt:
                 film, is_complete = session.film(), False
         seconds = self.stats.seconds["render"] - before
         statistics = session.statistics
-        figures = {"tyndall:seconds": f"{seconds:.3f}", **guide_metadata(statistics)}
+        figures = {
+            "tyndall:seconds": f"{seconds:.3f}",
+            **guide_metadata(statistics),
+            **cache_metadata(statistics),
+        }
+        tell_cache(statistics)
         self._write(task, frame, film, figures, settings)
         self.stats.frames.append(
             {

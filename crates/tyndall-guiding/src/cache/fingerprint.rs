@@ -111,6 +111,9 @@ impl Cache {
             self.field.iter_mut().for_each(|field| field.decay(KEPT));
             self.image.iter_mut().for_each(|image| image.decay(KEPT));
         }
+        if self.field.is_none() && self.image.is_none() {
+            self.frames.clear();
+        }
         (self.origin, self.fingerprint) = (origin, *now);
         Reuse { field: self.field.is_some(), image: self.image.is_some(), changes }
     }

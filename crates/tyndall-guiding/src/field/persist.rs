@@ -9,8 +9,8 @@ use crate::cache::{CacheError, Reader, Writer, checked_count, f32s_of};
 use crate::directional::{LobeSums, MAX_CONCENTRATION, MAX_LOBES, PerLobe, SufficientStatistics, VmfMixture};
 use rayon::prelude::*;
 
-/// More regions than any field of ours has.
-const MOST_REGIONS: u32 = 1 << 20;
+/// More regions than any field of ours has: 0.8 GB.
+const MOST_REGIONS: u32 = 1 << 18;
 const MOST_DEPTH: u32 = 32;
 const NODE_BYTES: usize = 8;
 /// Words of a region before those of its lobes: lobes, depth, samples, pivot, spread, sums over all lobes.
