@@ -11,8 +11,7 @@
 //! | `fingerprint` | what the learned depends on, and what is left of it after a change |
 //! | `words` | numbers as bytes |
 //!
-//! Bytes in, bytes out: files are opened, locked and replaced by the caller. Reading takes some 1.5 ms a megabyte on two
-//! cores (`benches/cache.rs`).
+//! Bytes in, bytes out: files are opened, locked and replaced by the caller. `benches/cache.rs` times both ways.
 //!
 //! Invariants
 //! - What is written is read back bit for bit.
