@@ -74,8 +74,7 @@ def render(scene, out, *arguments):
         (["--purposes", "prox"], "default, render, proxy, guide"),
         (["--variant", "x"], "PRIM:SET=NAME"),
         (["--mask", "World"], "--mask"),
-        (["--cache", "x"], "--cache is not available in this version"),
-        (["--cache-mode", "read"], "not available in this version"),
+        (["--cache-mode", "write"], "invalid choice"),
         (["--checkpoint", "-1"], "negative"),
         (["--sample-range", "5"], "0:128"),
         (["--sample-range", "64:64"], "no samples"),
@@ -93,7 +92,7 @@ def test_bad_usage_is_one_line_and_exit_code_2(scene, tmp_path, capfd, arguments
     assert not (tmp_path / "o.exr").exists()
 
 
-@pytest.mark.parametrize("command", ["cache", "compare", "bench", "job"])
+@pytest.mark.parametrize("command", ["compare", "bench", "job"])
 def test_later_commands_are_refused(command, capfd):
     assert run(command, "x", "--y") == 2
     assert "not available in this version" in capfd.readouterr().err
@@ -103,7 +102,7 @@ def test_help_and_nothing(capfd):
     assert run("--help") == 0
     assert run("render", "--help") == 0
     out = capfd.readouterr().out
-    assert "--cache" not in out, "what does not exist yet is not advertised"
+    assert "--resume" not in out, "what does not exist yet is not advertised"
     assert run() == 2
     assert run("render") == 2
     assert run("--version") == 0
@@ -318,13 +317,13 @@ def test_an_interrupted_render_writes_what_it_has(scene, tmp_path, capfd, which)
         def __getattr__(self, name):
             return getattr(self._session, name)
 
-        def render(self, _report, checkpoint):
+        def render(self, _report, checkpoint, frame):
             def report(progress):
                 if progress.samples_done:
                     os.kill(os.getpid(), which)
                 return None
 
-            return self._session.render(report, checkpoint)
+            return self._session.render(report, checkpoint, frame)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(tyndall, "Session", Interrupting)

@@ -5,5 +5,6 @@
 
 mod a_trous;
 mod guide;
+mod persist;
 
 pub use guide::ImageGuide;

@@ -10,6 +10,7 @@
 //! | `moments` | the sums per pixel or region that those odds are learned from |
 //! | [`image_space`] | the odds of camera rays, per pixel, filtered |
 //! | [`directional`] | von Mises–Fisher lobes and mixtures, fitted by expectation maximisation |
+//! | [`cache`] | what was learned, as bytes for the next frame or machine |
 //! | [`field`] | light and odds by place and direction, for the vertices of a path after the first |
 //!
 //! Source: Xu et al. 2024, "Volume Scattering Probability Guiding", ACM TOG 43(6); the odds form and its estimator are
@@ -19,6 +20,7 @@
 //! - No input makes a result NaN, infinite or a probability of 0 or 1 that would lose energy.
 //! - Results are pure functions of ordered inputs: no clock, no thread count, no global state.
 
+pub mod cache;
 pub mod directional;
 mod error;
 pub mod field;

@@ -78,6 +78,8 @@ pub struct Moments {
 }
 
 impl Moments {
+    pub(crate) const N_SUMS: usize = 11;
+
     /// Adds a segment. X√P is cut at `limit`, which must come from earlier passes ([`Moments::outlier_limit`]);
     /// infinity cuts nothing. Samples that are not finite teach nothing.
     pub fn add(&mut self, sample: &SegmentSample, limit: f32) {
@@ -115,6 +117,17 @@ impl Moments {
             t_depth: t * depth(s.surface_depth),
             n: 1.0,
         })
+    }
+
+    /// All sums, in the order of their declaration.
+    pub(crate) fn to_array(self) -> [f32; Self::N_SUMS] {
+        let Self { volume_x2, volume_x, surface_x2, surface_x, w2, t2, w, t, w_depth, t_depth, n } = self;
+        [volume_x2, volume_x, surface_x2, surface_x, w2, t2, w, t, w_depth, t_depth, n]
+    }
+
+    pub(crate) fn from_array(sums: [f32; Self::N_SUMS]) -> Self {
+        let [volume_x2, volume_x, surface_x2, surface_x, w2, t2, w, t, w_depth, t_depth, n] = sums;
+        Self { volume_x2, volume_x, surface_x2, surface_x, w2, t2, w, t, w_depth, t_depth, n }
     }
 
     /// Adds the segments of `other`.

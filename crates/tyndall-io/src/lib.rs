@@ -9,6 +9,7 @@
 //! | `png` | 8-bit previews through a [`ViewTransform`] |
 //! | `image` | textures of any supported format as [`tyndall_scene::ImageData`] |
 //! | `assets` | [`FileAssets`], the caching loader of a committed scene |
+//! | `exclusive` | the same for files that several processes share |
 //! | `atomic` | [`write_atomically`]: a complete new file or the untouched old one |
 //! | `bytes` | [`read_bytes`]: files of a format that another crate knows |
 //!
@@ -21,6 +22,7 @@ mod assets;
 mod atomic;
 mod bytes;
 mod error;
+mod exclusive;
 mod exr;
 mod image;
 mod limits;
@@ -31,6 +33,7 @@ pub use assets::FileAssets;
 pub use atomic::write_atomically;
 pub use bytes::read_bytes;
 pub use error::IoError;
+pub use exclusive::{read_if_present, replace_exclusively};
 pub use exr::{ExrCompression, ExrImage, Layer, SampleType, read_exr, write_exr};
 pub use image::{SUPPORTED_TEXTURES, load_image};
 pub use meta::MetaValue;

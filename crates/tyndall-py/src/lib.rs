@@ -3,6 +3,7 @@
 //! Translation only. Arrays cross as numpy buffers (`tyndall.prims` has made them contiguous and of the right type),
 //! the GIL is released while the core works, and Rust panics arrive as `tyndall.RenderError`.
 
+mod cache;
 mod checkpoint;
 mod delegate;
 mod error;
@@ -16,6 +17,8 @@ mod vdb;
 /// The compiled half of the package `tyndall`.
 #[pyo3::pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use crate::cache::read_cache_info;
     #[pymodule_export]
     use crate::delegate::{Diagnostic, RenderDelegate, Scene};
     #[pymodule_export]

@@ -1,8 +1,9 @@
 //! Sessions: build the world, render with progress, stop on Ctrl-C.
 
+use crate::cache::SessionCache;
 use crate::checkpoint::Checkpoint;
 use crate::delegate::{Diagnostic, Scene};
-use crate::error::{RenderError, SceneError, SettingsError, guarded};
+use crate::error::{FileError, RenderError, SceneError, SettingsError, guarded};
 use crate::field::Field;
 use crate::film::Film;
 use crate::prims::from_json;
@@ -38,6 +39,7 @@ pub(crate) struct Progress {
 #[pyclass(frozen, module = "tyndall")]
 pub(crate) struct Session {
     session: tyndall_render::Session,
+    cache: Option<SessionCache>,
     diagnostics: Vec<Diagnostic>,
     build_secs: f64,
     render_secs: Mutex<f64>,
@@ -70,15 +72,18 @@ impl Session {
         })?
         .map_err(|e| SceneError::new_err(e.to_string()))?;
         scene.assets.drop_unused();
-        let diagnostics = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
+        let mut diagnostics: Vec<_> = world.diagnostics().as_slice().iter().map(Diagnostic::from).collect();
         let build_secs = start.elapsed().as_secs_f64();
         let mut session = tyndall_render::Session::new(Arc::new(world), settings)
             .map_err(|e| RenderError::new_err(e.to_string()))?;
         if let Some((first, end)) = sample_range {
             session = session.restricted_to(first..end).map_err(|e| SettingsError::new_err(e.to_string()))?;
         }
+        let cache = guarded(py, || SessionCache::open(&scene.scene, session.settings(), &session))?;
+        diagnostics.extend(cache.as_ref().and_then(SessionCache::diagnostic));
         Ok(Self {
             session,
+            cache,
             diagnostics,
             build_secs,
             render_secs: Mutex::new(0.0),
@@ -106,14 +111,15 @@ impl Session {
     }
 
     /// Renders to the end, the time limit, or until `progress` returns False. An exception raised by `progress` and
-    /// Ctrl-C come out as they are; `film()` has what was done until then. A `checkpoint` (path, seconds, text) saves
-    /// the film at most so often.
-    #[pyo3(signature = (progress = None, checkpoint = None))]
+    /// Ctrl-C come out as they are; `film()` has what was done until then, and the guiding cache what was learned. It
+    /// remembers `frame`. A `checkpoint` (path, seconds, text) saves the film at most so often.
+    #[pyo3(signature = (progress = None, checkpoint = None, frame = 0.0))]
     fn render(
         &self,
         py: Python<'_>,
         progress: Option<Bound<'_, PyAny>>,
         checkpoint: Option<(PathBuf, f64, String)>,
+        frame: f64,
     ) -> PyResult<Film> {
         let control = Control::with_clock(clock);
         let start = Instant::now();
@@ -130,10 +136,13 @@ impl Session {
         *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner) +=
             control.time_learning().as_secs_f64();
         self.interrupted.store(matches!(outcome, Ok(false) | Err(_)), Ordering::Relaxed);
+        let saved =
+            guarded(py, || self.cache.as_ref().map_or(Ok(()), |cache| cache.save(&self.session, frame)))?;
         outcome?;
         if let Some(failure) = checkpoint.and_then(|checkpoint| checkpoint.failure) {
             self.checkpoint_failure.lock().unwrap_or_else(PoisonError::into_inner).replace(failure);
         }
+        saved.map_err(FileError::new_err)?;
         Ok(self.film())
     }
 
@@ -184,6 +193,9 @@ impl Session {
             value["guide"] = serde_json::to_value(guide).unwrap_or_default();
             let seconds = *self.train_secs.lock().unwrap_or_else(PoisonError::into_inner);
             value["seconds"]["train"] = seconds.into();
+        }
+        if let Some(cache) = &self.cache {
+            value["cache"] = cache.status();
         }
         from_json(py, &value)
     }

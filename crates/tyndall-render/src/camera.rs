@@ -115,6 +115,11 @@ impl CameraModel {
         -self.world_from_camera.z_axis.dot(point)
     }
 
+    /// How the camera is turned: its axes in world space.
+    pub fn rotation(&self) -> Mat3A {
+        self.world_from_camera
+    }
+
     /// Nearest and farthest depth seen.
     pub fn clipping(&self) -> [f32; 2] {
         [self.near, self.far]

@@ -3,6 +3,7 @@
 //! A pass looks up guides that are frozen; what its paths teach is merged after it, tile by tile in a fixed order, so
 //! that nothing depends on threads.
 
+mod memory;
 mod statistics;
 mod trial;
 

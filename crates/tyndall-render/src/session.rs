@@ -4,6 +4,7 @@
 //! that belongs to the film, so neither the number of threads nor a stop and a fresh start between two passes changes a
 //! bit of the image. Only what guides have learned is lost with a session.
 
+mod memory;
 mod stopwatch;
 
 use crate::film::{Film, SAMPLE_GRID, Tile, leaf_end};
@@ -16,6 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 use stopwatch::Stopwatch;
+use tyndall_guiding::cache::Cache;
 use tyndall_guiding::field::Field;
 use tyndall_scene::RenderSettings;
 
@@ -88,6 +90,8 @@ pub struct Session {
     statistics: Mutex<PathStatistics>,
     /// What the last render learned.
     guide: Mutex<Option<RenderGuide>>,
+    /// What earlier renders learned.
+    memory: Mutex<Cache>,
 }
 
 impl Session {
@@ -105,8 +109,9 @@ impl Session {
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
         let range = 0..settings.samples;
         let learns = RenderGuide::new(&film, &settings, world.has_media()).learns();
-        let (film, statistics, guide) = (Mutex::new(film), Mutex::default(), Mutex::default());
-        Ok(Self { world, settings, pool, film, range, learns, statistics, guide })
+        let film = Mutex::new(film);
+        let (statistics, guide, memory) = (Mutex::default(), Mutex::default(), Mutex::default());
+        Ok(Self { world, settings, pool, film, range, learns, statistics, guide, memory })
     }
 
     /// The session, rendering only these samples of every pixel: a part that [`Film::append`] adds to others.
@@ -149,6 +154,7 @@ impl Session {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
         let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
+        guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
         control.samples.fetch_add(film.total_samples(), Ordering::Relaxed);
         let mut done = film.next_sample();
         while done < self.range.end && !control.is_stopped() {

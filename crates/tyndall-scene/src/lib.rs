@@ -10,6 +10,7 @@ mod asset;
 mod delegate;
 mod diagnostic;
 mod dirty;
+mod fingerprint;
 mod path;
 pub mod prim;
 mod settings;
@@ -18,5 +19,8 @@ pub use asset::{AssetError, AssetLoader, ColorSpace, FieldGrid, ImageData};
 pub use delegate::{RenderDelegate, Scene};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use dirty::DirtyBits;
+pub use fingerprint::SceneFingerprint;
 pub use path::PrimPath;
-pub use settings::{DistanceSampling, Guiding, PixelFilter, RenderSettings, SettingSpec, SettingsError};
+pub use settings::{
+    CacheMode, DistanceSampling, Guiding, PixelFilter, RenderSettings, SettingSpec, SettingsError,
+};

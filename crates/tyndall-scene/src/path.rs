@@ -1,10 +1,11 @@
 //! Prim paths.
 
+use serde::Serialize;
 use std::fmt;
 use std::sync::Arc;
 
 /// The address of a prim in the shot, such as `/World/Cloud`. Cheap to clone; ordered as text.
-#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct PrimPath(Arc<str>);
 
 impl PrimPath {

@@ -15,10 +15,11 @@ pub use material::{Material, NodeInput, ShadingNode};
 pub use volume::{Field, FieldSource, Volume};
 
 use crate::RenderSettings;
+use serde::Serialize;
 use std::sync::Arc;
 
 /// A prim of any kind. Cheap to clone: the content is shared.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize)]
 pub enum Prim {
     /// A polygon mesh.
     Mesh(Arc<Mesh>),

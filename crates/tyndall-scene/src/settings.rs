@@ -47,6 +47,21 @@ pub enum Guiding {
     Off,
 }
 
+/// What a guiding cache is used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum CacheMode {
+    /// It is read before a render and written after it.
+    #[default]
+    Auto,
+    /// It is read only.
+    Read,
+    /// It is written only: learned from nothing.
+    Train,
+    /// It is left alone.
+    Off,
+}
+
 /// What a render is asked for. Field names in camelCase are the names everywhere else ([`RenderSettings::SPECS`]).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase", deny_unknown_fields, default)]
@@ -74,6 +89,10 @@ pub struct RenderSettings {
     pub distance_sampling: DistanceSampling,
     /// Whether directions are guided.
     pub guiding: Guiding,
+    /// The guiding cache's file; empty for none.
+    pub cache_path: String,
+    /// What the cache is used for.
+    pub cache_mode: CacheMode,
     /// AOVs to write, by name.
     pub aovs: Vec<String>,
 }
@@ -92,6 +111,8 @@ impl Default for RenderSettings {
             filter: PixelFilter::default(),
             distance_sampling: DistanceSampling::default(),
             guiding: Guiding::default(),
+            cache_path: String::new(),
+            cache_mode: CacheMode::default(),
             aovs: vec!["rgba".to_owned()],
         }
     }
@@ -182,6 +203,18 @@ impl RenderSettings {
             "token",
             &["auto", "on", "off"],
             "Whether directions are guided; auto is off in this version.",
+        ),
+        text(
+            "cachePath",
+            "string",
+            &[],
+            "File of the guiding cache, which keeps what is learned for the next render; empty for none.",
+        ),
+        text(
+            "cacheMode",
+            "token",
+            &["auto", "read", "train", "off"],
+            "What the cache is used for: auto reads and writes, read only reads, train only writes.",
         ),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];

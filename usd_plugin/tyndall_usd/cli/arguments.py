@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 #: Options of later versions: recognised, and refused instead of ignored.
 _LATER_OPTIONS: dict[str, int | None] = {
-    "--cache": 1,
-    "--cache-mode": 1,
     "--noise-threshold": 1,
     "--tile-index": 1,
     "--tile-count": 2,
@@ -25,9 +23,10 @@ _LATER_OPTIONS: dict[str, int | None] = {
     "--pass": 1,
     "--renderPassPrimPath": 1,
 }
-_LATER_COMMANDS = ("cache", "compare", "bench", "job")
+_LATER_COMMANDS = ("compare", "bench", "job")
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
 _GUIDING = ("auto", "on", "off")
+_CACHE_MODES = ("auto", "read", "train", "off")
 
 
 class _Parser(argparse.ArgumentParser):
@@ -64,6 +63,7 @@ def make_parser() -> argparse.ArgumentParser:
         commands.add_parser("inspect", help="draw what guiding learns of the light", allow_abbrev=False)
     )
     _add_merge(commands.add_parser("merge", help="add up parts made by --sample-range", allow_abbrev=False))
+    _add_cache(commands.add_parser("cache", help="look at guiding caches", allow_abbrev=False))
     for name in _LATER_COMMANDS:
         later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
         later.add_argument("rest", nargs=argparse.REMAINDER)
@@ -129,6 +129,15 @@ def _add_merge(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", metavar="PATH", required=True, help=".exr or .png")
     parser.add_argument("--strict", action="store_true", help="exit with 3 if guiding learned in the parts")
     _add_log(parser)
+
+
+def _add_cache(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(
+        dest="cache_command", metavar="ACTION", required=True, parser_class=_Parser
+    )
+    info = actions.add_parser("info", help="show what a cache holds", allow_abbrev=False)
+    info.add_argument("file", metavar="FILE", help="a guiding cache, as --cache writes it")
+    info.add_argument("--json", action="store_true", help="as JSON")
 
 
 def _add_render(parser: argparse.ArgumentParser) -> None:
@@ -233,6 +242,12 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         help="how camera rays choose where to scatter; auto is delta",
     )
     add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off")
+    add("--cache", metavar="FILE", help="keep what guiding learns in this file, for the next frame or render")
+    add(
+        "--cache-mode",
+        choices=_CACHE_MODES,
+        help="read: never write it; train: learn it anew; off: leave it alone; default: read and write",
+    )
     add(
         "--progress",
         choices=("auto", "bar", "lines", "alfred", "none"),

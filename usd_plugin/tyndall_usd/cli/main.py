@@ -66,6 +66,10 @@ def _run(options: argparse.Namespace) -> int:
         from tyndall_usd.cli.info import run_info
 
         return run_info(options)
+    if options.command == "cache":
+        from tyndall_usd.cli.cache import run_cache
+
+        return run_cache(options)
     if options.command == "inspect":
         from tyndall_usd.cli.inspect import run_inspect
 

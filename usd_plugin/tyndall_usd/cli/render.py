@@ -18,7 +18,7 @@ from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
-from tyndall_usd.cli.stats import Stats, guide_metadata
+from tyndall_usd.cli.stats import Stats, cache_metadata, guide_metadata, tell_cache
 from tyndall_usd.fingerprint import fingerprint
 from tyndall_usd.messages import Message, Messages
 from tyndall_usd.stage import first_time
@@ -82,6 +82,9 @@ class _Run:
         """Render one frame and write its images; return whether it was left to end."""
         _, settings = self.shot.sync_camera(task.view, time)
         settings["aovs"] = task.aovs
+        if self._is_saved and settings.get("guiding", "auto") == "auto":
+            # What was learned would be lost with each part or stop, and with it the bits of one render.
+            settings["guiding"] = "off"
         with self.stats.phase("build"):
             session = tyndall.Session(
                 self.shot.delegate.commit(), settings, sample_range=self.options.sample_range
@@ -95,12 +98,17 @@ class _Run:
         with self.stats.phase("render"):
             try:
                 with progress_reporter(self.options.progress, f"frame {frame:g}") as report:
-                    film = session.render(report, checkpoint.request)
+                    film = session.render(report, checkpoint.request, frame)
             except KeyboardInterrupt:
                 film, is_complete = session.film(), False
         seconds = self.stats.seconds["render"] - before
         statistics = session.statistics
-        figures = {"tyndall:seconds": f"{seconds:.3f}", **guide_metadata(statistics)}
+        figures = {
+            "tyndall:seconds": f"{seconds:.3f}",
+            **guide_metadata(statistics),
+            **cache_metadata(statistics),
+        }
+        tell_cache(statistics)
         self._write(task, frame, film, {**figures, **description.metadata})
         self._write_part(task, frame, film, description)
         checkpoint.conclude(session, film)
@@ -118,19 +126,24 @@ class _Run:
             LOG.error("tyndall: interrupted; the images have at least %d samples per pixel", film.samples)
         return is_complete
 
+    @property
+    def _is_saved(self) -> bool:
+        """Whether films outlive the process."""
+        options = self.options
+        return bool(options.checkpoint is not None or options.resume or options.sample_range)
+
     def _describe(
         self, task: Task, frame: float, session: tyndall.Session, settings: dict[str, Any]
     ) -> Description:
         """Return what the film of a frame belongs to."""
         options = self.options
-        is_saved = options.checkpoint is not None or options.resume or options.sample_range
         if options.sample_range and session.learns:
             what = "guiding learns in each part by itself: merged, they differ from one render in their noise"
             action = "--guiding off --distance-sampling delta gives the same bits"
             self.diagnostics.show([Message("warning", "", what, action)])
         return Description(
             # Reads all files: only if somebody will look.
-            scene=fingerprint(self.shot.index.prims) if is_saved else "",
+            scene=fingerprint(self.shot.index.prims) if self._is_saved else "",
             settings=settings,
             sample_range=list(options.sample_range or (0, settings["samples"])),
             learns=session.learns,

@@ -79,6 +79,8 @@ def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> 
         "filter": options.filter,
         "distanceSampling": options.distance_sampling,
         "guiding": options.guiding,
+        "cachePath": options.cache,
+        "cacheMode": options.cache_mode,
     }
     defaults = {
         spec["name"]: spec["default"] for spec in tyndall.setting_specs() if spec["default"] is not None

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import tyndall
 
+from tyndall_usd.cli.log import LOG
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -77,3 +79,24 @@ def guide_metadata(statistics: dict[str, Any]) -> dict[str, str]:
     sizes["trainSeconds"] = f"{statistics['seconds']['train']:.3f}"
     sizes["candidatesPerRay"] = f"{statistics['candidatesPerRay']:.3f}"
     return {f"tyndall:guide:{name}": str(value) for name, value in sizes.items()}
+
+
+def cache_metadata(statistics: dict[str, Any]) -> dict[str, str]:
+    """Return what an image says about its guiding cache; nothing if there was none."""
+    cache = statistics.get("cache", {})
+    return {f"tyndall:cache:{name}": cache[name] for name in ("status", "why", "mode") if cache.get(name)}
+
+
+def tell_cache(statistics: dict[str, Any]) -> None:
+    """Log one line about the guiding cache, if there was one."""
+    cache = statistics.get("cache")
+    if cache is None:
+        return
+    if "guide" not in statistics:
+        LOG.warning(
+            "cache %s: not used, nothing is guided in this render; see --guiding and --distance-sampling",
+            cache["file"],
+        )
+        return
+    why = f" ({cache['why']})" if cache["why"] else ""
+    LOG.info("cache %s: %s%s", cache["file"], cache["status"], why)

@@ -43,4 +43,17 @@ SETTINGS: tuple[Setting, ...] = (
         "Whether directions are guided; auto is off in this version.",
         ("auto", "on", "off"),
     ),
+    Setting(
+        "cachePath",
+        "string",
+        "",
+        "File of the guiding cache, which keeps what is learned for the next render; empty for none.",
+    ),
+    Setting(
+        "cacheMode",
+        "token",
+        "auto",
+        "What the cache is used for: auto reads and writes, read only reads, train only writes.",
+        ("auto", "read", "train", "off"),
+    ),
 )

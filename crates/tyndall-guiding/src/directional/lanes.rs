@@ -153,6 +153,20 @@ impl PerLobe {
         self.0.iter_mut().for_each(|group| *group = *group * factor);
     }
 
+    /// The numbers of the first `n` lobes.
+    pub(crate) fn first(&self, n: usize) -> impl Iterator<Item = f32> + '_ {
+        self.0.iter().flat_map(|group| group.0).take(n)
+    }
+
+    /// These numbers for the first lobes, 0 for the others.
+    #[inline]
+    pub(crate) fn from_first(values: impl Iterator<Item = f32>) -> Self {
+        let mut all = Self::ZERO;
+        let places = all.0.iter_mut().flat_map(|group| &mut group.0);
+        places.zip(values).for_each(|(place, value)| *place = value);
+        all
+    }
+
     /// Sum over all lobes, in f64 and in order.
     pub(crate) fn total(&self) -> f64 {
         self.0.iter().flat_map(|group| group.0).map(f64::from).sum()

@@ -135,9 +135,30 @@ impl VmfMixture {
         let scale = (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32;
         for g in 0..groups_of(self.len) {
             self.weight.0[g] = self.weight.0[g] * scale;
+        }
+        self.set_peaks();
+        total
+    }
+
+    #[inline]
+    fn set_peaks(&mut self) {
+        for g in 0..groups_of(self.len) {
             self.weighted_peak.0[g] = self.weight.0[g] * peak_densities(self.kappa.0[g]);
         }
-        total
+    }
+
+    /// What [`Self::from_rows`] restores bit for bit: weights, concentrations, and the components of the means.
+    pub(crate) fn rows(&self) -> [&PerLobe; 5] {
+        let [x, y, z] = &self.mean;
+        [&self.weight, &self.kappa, x, y, z]
+    }
+
+    /// The mixture of `len` lobes with these [`Self::rows`], whose weights already sum to 1.
+    pub(crate) fn from_rows(len: usize, [weight, kappa, x, y, z]: [PerLobe; 5]) -> Self {
+        let mut mixture =
+            Self { len: len.min(MAX_LOBES), weight, kappa, mean: [x, y, z], weighted_peak: PerLobe::ZERO };
+        mixture.set_peaks();
+        mixture
     }
 
     /// Number of lobes.

@@ -50,7 +50,7 @@ impl DirectionSample {
 /// What expectation leaves of the samples.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SufficientStatistics {
-    sums: LobeSums<6>,
+    sums: LobeSums<{ Self::ROWS }>,
     /// Σ weight · ln pdf.
     log_likelihood: f32,
     total_weight: f32,
@@ -58,6 +58,9 @@ pub struct SufficientStatistics {
 }
 
 impl SufficientStatistics {
+    /// Sums of each lobe.
+    pub(crate) const ROWS: usize = 6;
+
     /// Expectation: assigns each sample softly to the lobes of `mixture`. Samples without a usable weight or direction
     /// are skipped.
     pub fn from_samples(mixture: &VmfMixture, samples: &[DirectionSample]) -> Self {
@@ -102,6 +105,16 @@ impl SufficientStatistics {
         self.log_likelihood *= factor;
         self.total_weight *= factor;
         self.n *= factor;
+    }
+
+    /// What [`Self::from_parts`] restores: the sums of each lobe, and those over all.
+    pub(crate) fn parts(&self) -> (&[PerLobe; Self::ROWS], [f32; 3]) {
+        (&self.sums.0, [self.log_likelihood, self.total_weight, self.n])
+    }
+
+    pub(crate) fn from_parts(sums: [PerLobe; Self::ROWS], totals: [f32; 3]) -> Self {
+        let [log_likelihood, total_weight, n] = totals;
+        Self { sums: LobeSums(sums), log_likelihood, total_weight, n }
     }
 
     /// Number of samples (a weight after decay).

@@ -9,6 +9,8 @@ use crate::EventClass;
 use glam::Vec3A;
 use rayon::prelude::*;
 
+/// Regions of a tree after which no more are cut: 190 MB. A field that lives through a long shot must not grow forever.
+const MAX_REGIONS: usize = 1 << 16;
 const AXIS_SHIFT: u32 = 30;
 const LEAF: u32 = 3;
 
@@ -16,9 +18,9 @@ const LEAF: u32 = 3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Node {
     /// Where on the axis; points on the plane are above it. Unused in leaves.
-    plane: f32,
+    pub(super) plane: f32,
     /// Two bits: the axis, or 3 for a leaf. 30 bits: the first of two adjacent children, or the region.
-    link: u32,
+    pub(super) link: u32,
 }
 
 impl Node {
@@ -53,8 +55,8 @@ impl Node {
 /// A tree of regions; empty until the first sample.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Tree {
-    nodes: Vec<Node>,
-    regions: Vec<Region>,
+    pub(super) nodes: Vec<Node>,
+    pub(super) regions: Vec<Region>,
 }
 
 impl Tree {
@@ -108,6 +110,8 @@ impl Tree {
         let groups = assign(samples, self.regions.len(), |s| {
             is_ours(s).then(|| self.region_at(Vec3A::from(s.position)))
         });
+        let full = FieldSettings { max_depth: 0, ..*settings };
+        let settings = if self.regions.len() < MAX_REGIONS { settings } else { &full };
         let plans: Vec<Plan> = groups
             .into_par_iter()
             .zip(&self.regions)

@@ -9,12 +9,12 @@ use crate::{ClassCosts, GuidingError, Moments, SegmentGuide, Strategy};
 /// The guide of an image or of a crop of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ImageGuide {
-    origin: [i32; 2],
-    width: usize,
-    height: usize,
-    strategy: Strategy,
-    moments: Vec<Moments>,
-    costs: ClassCosts,
+    pub(super) origin: [i32; 2],
+    pub(super) width: usize,
+    pub(super) height: usize,
+    pub(super) strategy: Strategy,
+    pub(super) moments: Vec<Moments>,
+    pub(super) costs: ClassCosts,
     lookup: Vec<SegmentGuide>,
 }
 
@@ -31,6 +31,25 @@ impl ImageGuide {
             costs: ClassCosts::default(),
             lookup: vec![SegmentGuide::default(); n],
         }
+    }
+
+    /// The guide that these sums make; `moments` has one entry a pixel.
+    pub(super) fn from_sums(
+        origin: [i32; 2],
+        [width, height]: [usize; 2],
+        strategy: Strategy,
+        moments: Vec<Moments>,
+        costs: ClassCosts,
+    ) -> Self {
+        let mut guide = Self { origin, width, height, strategy, moments, costs, lookup: Vec::new() };
+        guide.make_odds();
+        guide
+    }
+
+    /// Whether `other` guides the same pixels in the same way.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let shape = |g: &Self| (g.origin, g.width, g.height, g.strategy);
+        shape(self) == shape(other)
     }
 
     /// Pixels in a row.
@@ -75,15 +94,22 @@ impl ImageGuide {
         GuidingError::check("the pass", self.moments.len(), pass.len())?;
         self.moments.iter_mut().zip(pass).for_each(|(sum, new)| sum.merge(new));
         self.costs.merge(costs);
-        let filtered = a_trous::filter(&self.moments, self.width);
-        let guide_of = |m: &Moments| SegmentGuide::from_moments(m, self.strategy, &self.costs);
-        self.lookup = filtered.iter().map(guide_of).collect();
+        self.make_odds();
         Ok(())
     }
 
-    /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame).
+    /// Makes the odds from the filtered sums.
+    fn make_odds(&mut self) {
+        let filtered = a_trous::filter(&self.moments, self.width);
+        let guide_of = |m: &Moments| SegmentGuide::from_moments(m, self.strategy, &self.costs);
+        self.lookup = filtered.iter().map(guide_of).collect();
+    }
+
+    /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame). The odds
+    /// are made anew: they are doubted more.
     pub fn decay(&mut self, factor: f32) {
         self.moments.iter_mut().for_each(|m| m.decay(factor));
+        self.make_odds();
     }
 }
 

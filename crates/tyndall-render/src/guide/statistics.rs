@@ -2,6 +2,7 @@
 
 use super::{RenderGuide, TrialResult};
 use serde::Serialize;
+use tyndall_guiding::field::FieldStatistics;
 
 /// Sizes of the guides of a render; fields of a guide that there is not are absent.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -38,21 +39,24 @@ pub struct FieldSize {
     pub rejected_samples: u64,
 }
 
+impl From<FieldStatistics> for FieldSize {
+    fn from(size: FieldStatistics) -> Self {
+        Self {
+            surface_regions: size.n_surface_regions,
+            volume_regions: size.n_volume_regions,
+            lobes: size.n_lobes,
+            bytes: size.n_bytes,
+            samples: size.n_samples,
+            rejected_samples: size.n_rejected,
+        }
+    }
+}
+
 impl RenderGuide {
     /// `None` if nothing is guided.
     pub(crate) fn statistics(&self) -> Option<GuideStatistics> {
         let image_bytes = self.camera.as_ref().map(|camera| camera.n_bytes());
-        let field = self.field.as_ref().map(|field| {
-            let size = field.statistics();
-            FieldSize {
-                surface_regions: size.n_surface_regions,
-                volume_regions: size.n_volume_regions,
-                lobes: size.n_lobes,
-                bytes: size.n_bytes,
-                samples: size.n_samples,
-                rejected_samples: size.n_rejected,
-            }
-        });
+        let field = self.field.as_ref().map(|field| FieldSize::from(field.statistics()));
         let guides = image_bytes.is_some() || field.is_some() || self.trial.is_some();
         guides.then_some(GuideStatistics { lessons: self.epoch, image_bytes, field, trial: self.trial })
     }

@@ -1,9 +1,10 @@
 //! Cameras.
 
 use glam::{DAffine3, DVec2};
+use serde::Serialize;
 
 /// How a camera maps the world to its image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 pub enum Projection {
     /// Through a pinhole or lens.
     #[default]
@@ -15,7 +16,7 @@ pub enum Projection {
 /// A camera looking along its local -z with +y up (UsdGeomCamera).
 ///
 /// Apertures and focal length share one unit (tenths of a stage unit in USD); only their ratios matter for perspective.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Camera {
     /// Places the camera; scale is ignored.
     pub world_from_camera: DAffine3,

@@ -2,10 +2,11 @@
 
 use crate::PrimPath;
 use glam::DAffine3;
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// Over what a primvar varies (UsdGeomPrimvar's words).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 pub enum Interpolation {
     /// One value for the prim.
     Constant,
@@ -34,7 +35,7 @@ impl Interpolation {
 }
 
 /// Values over a mesh, indices already resolved.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Primvar {
     /// What the values belong to.
     pub interpolation: Interpolation,
@@ -45,7 +46,7 @@ pub struct Primvar {
 }
 
 /// Subdivision rule of a mesh.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize)]
 pub enum SubdivisionScheme {
     /// A polygon mesh.
     #[default]
@@ -59,7 +60,7 @@ pub enum SubdivisionScheme {
 }
 
 /// How a mesh is subdivided.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Subdivision {
     /// The rule.
     pub scheme: SubdivisionScheme,
@@ -76,7 +77,7 @@ pub struct Subdivision {
 }
 
 /// Faces with a material of their own.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Subset {
     /// Face indices.
     pub faces: Vec<i32>,
@@ -85,7 +86,7 @@ pub struct Subset {
 }
 
 /// A polygon mesh in object space.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mesh {
     /// Places the object; for instanced prims relative to the instance.
     pub world_from_object: DAffine3,
@@ -140,7 +141,7 @@ impl Default for Mesh {
 }
 
 /// An implicit shape around the object's origin. Cylinder, cone and capsule stand along z; the plane faces +z.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub enum ShapeKind {
     /// A sphere.
     Sphere {
@@ -187,7 +188,7 @@ pub enum ShapeKind {
 }
 
 /// An implicit shape with its placement and material.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shape {
     /// Places the object; for instanced prims relative to the instance. The axis of UsdGeom is folded in.
     pub world_from_object: DAffine3,

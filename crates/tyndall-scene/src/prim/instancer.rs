@@ -2,10 +2,11 @@
 
 use crate::PrimPath;
 use glam::DAffine3;
+use serde::Serialize;
 
 /// Placements. Prims that name this instancer are drawn once per entry of `transforms`, at
 /// `instances of parent * transforms[i] * prim.world_from_object`.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Instancer {
     /// One placement an instance, `parent_from_instance` (the world if there is no parent).
     pub transforms: Vec<DAffine3>,

@@ -1,10 +1,11 @@
 //! Lights, with UsdLux's parameters and units.
 
 use glam::DAffine3;
+use serde::Serialize;
 use std::path::PathBuf;
 
 /// The shape of a light, in its own space.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum LightKind {
     /// A sphere, or a point if `as_point`.
     Sphere {
@@ -49,14 +50,14 @@ pub enum LightKind {
 }
 
 /// The image around a dome: lat-long in the orientation of the OpenEXR and UsdLux specifications, poles along y.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DomeTexture {
     /// The file.
     pub path: PathBuf,
 }
 
 /// Restricts the directions of a light (UsdLuxShapingAPI).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shaping {
     /// Exponent of the cosine to the axis.
     pub focus: f32,
@@ -75,7 +76,7 @@ impl Default for Shaping {
 }
 
 /// A light.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Light {
     /// Places the light.
     pub world_from_light: DAffine3,

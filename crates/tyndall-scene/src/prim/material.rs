@@ -3,10 +3,11 @@
 //! UsdPreviewSurface, MaterialX, Blender's and glTF's nodes are all translated into this one graph. Which kinds exist,
 //! and their parameters with units and defaults, is tyndall-shading's table (`NODE_KINDS`).
 
+use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// The value of an input of a node.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum NodeInput {
     /// A number.
     Float(f32),
@@ -19,7 +20,7 @@ pub enum NodeInput {
 }
 
 /// A node of the graph.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ShadingNode {
     /// The kind's name.
     pub kind: String,
@@ -28,7 +29,7 @@ pub struct ShadingNode {
 }
 
 /// A material.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Material {
     /// Nodes, inputs before their users.
     pub nodes: Vec<ShadingNode>,

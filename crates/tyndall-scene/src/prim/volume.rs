@@ -2,6 +2,7 @@
 
 use crate::PrimPath;
 use glam::{DAffine3, Vec3};
+use serde::Serialize;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -9,7 +10,7 @@ use std::sync::Arc;
 ///
 /// Homogeneous media inside closed shapes are not volumes: they are meshes or shapes whose material has a volume
 /// terminal.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Volume {
     /// The relationship's name (what shaders ask for) and the field prim.
     pub fields: Vec<(String, PrimPath)>,
@@ -24,7 +25,7 @@ pub struct Volume {
 }
 
 /// A grid of a volume.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Field {
     /// Applied after the file's own transform: `world_from_index = world_from_field * file_from_index`.
     pub world_from_field: DAffine3,
@@ -33,7 +34,7 @@ pub struct Field {
 }
 
 /// Where the numbers of a field are.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub enum FieldSource {
     /// A grid in an OpenVDB file.
     File {

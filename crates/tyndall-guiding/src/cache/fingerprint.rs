@@ -1,0 +1,120 @@
+//! What the learned depends on, and what is left of it after a change.
+
+use super::Cache;
+use super::error::Result;
+use super::words::{Reader, Writer};
+
+/// What a changed scene keeps of the samples it learned from: as much as a region keeps of the one it was cut from.
+const KEPT: f32 = 0.25;
+
+/// A part of what light depends on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Section {
+    /// Shapes and where they are.
+    Geometry,
+    /// Volumes and their fields.
+    Media,
+    /// Materials.
+    Materials,
+    /// Lights.
+    Lights,
+    /// The camera and the image's size.
+    Camera,
+    /// What decides which light is followed.
+    Integrator,
+}
+
+impl Section {
+    /// Every section, in the order of a file.
+    pub const ALL: [Self; 6] =
+        [Self::Geometry, Self::Media, Self::Materials, Self::Lights, Self::Camera, Self::Integrator];
+
+    /// For messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Geometry => "geometry",
+            Self::Media => "media",
+            Self::Materials => "materials",
+            Self::Lights => "lights",
+            Self::Camera => "camera",
+            Self::Integrator => "integrator settings",
+        }
+    }
+}
+
+/// A hash of each section.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Fingerprint([[u8; 16]; Section::ALL.len()]);
+
+impl Fingerprint {
+    /// From the hash of each section.
+    pub fn new(hash: impl FnMut(Section) -> [u8; 16]) -> Self {
+        Self(Section::ALL.map(hash))
+    }
+
+    /// The hash of a section.
+    pub fn of(&self, section: Section) -> [u8; 16] {
+        self.0[section as usize]
+    }
+
+    /// The sections that differ.
+    pub fn changes(&self, other: &Self) -> Vec<Section> {
+        Section::ALL.into_iter().filter(|&section| self.of(section) != other.of(section)).collect()
+    }
+
+    pub(super) fn write(&self, out: &mut Writer) {
+        self.0.iter().for_each(|hash| out.bytes(hash));
+    }
+
+    pub(super) fn read(input: &mut Reader<'_>) -> Result<Self> {
+        let mut hashes = Self::default();
+        for hash in &mut hashes.0 {
+            *hash = input.array()?;
+        }
+        Ok(hashes)
+    }
+}
+
+/// What is left of a cache in a scene that may have changed.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Reuse {
+    /// The sections that differ.
+    pub changes: Vec<Section>,
+    /// Whether the field is used.
+    pub field: bool,
+    /// Whether the image guide is used.
+    pub image: bool,
+}
+
+impl Cache {
+    /// Makes this what a scene with the fingerprint `now` and its origin at `origin` can use.
+    ///
+    /// Light that changed, and surfaces and media that reflect it differently, make what was learned wrong: it is dropped.
+    /// Where only the place of things changed, most of it is still right: it is kept, but counts for a quarter of its
+    /// samples. An image guide is of one camera.
+    pub fn reuse(&mut self, now: &Fingerprint, origin: [f64; 3]) -> Reuse {
+        use Section::{Camera, Integrator, Lights, Materials};
+        let changes = now.changes(&self.fingerprint);
+        let has_changed = |section: Section| changes.contains(&section);
+        if [Lights, Materials, Integrator].into_iter().any(has_changed) {
+            self.field = None;
+        }
+        if [Lights, Materials, Integrator, Camera].into_iter().any(has_changed) {
+            self.image = None;
+        }
+        let offset = std::array::from_fn(|i| (self.origin[i] - origin[i]) as f32);
+        self.field = self.field.take().filter(|_| offset.iter().all(|v: &f32| v.is_finite()));
+        if let Some(field) = self.field.as_mut().filter(|_| offset != [0.0; 3]) {
+            field.translate(offset);
+        }
+        if !changes.is_empty() {
+            self.field.iter_mut().for_each(|field| field.decay(KEPT));
+            self.image.iter_mut().for_each(|image| image.decay(KEPT));
+        }
+        if self.field.is_none() && self.image.is_none() {
+            self.frames.clear();
+        }
+        (self.origin, self.fingerprint) = (origin, *now);
+        Reuse { field: self.field.is_some(), image: self.image.is_some(), changes }
+    }
+}
