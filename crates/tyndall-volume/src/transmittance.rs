@@ -8,7 +8,8 @@
 //! Another unbiased estimate is ray marching with corrections (Kettunen, d'Eon, Pantaleoni & Novák 2021,
 //! doi:10.1145/3450626.3459937), with its look-ups at even steps or in proportion to the distance of the bounds. Variance
 //! times CPU time of one estimate, relative to residual ratio tracking, for grey light / for extinctions of
-//! 1 : 0.5 : 0.2 (`benches/shadows.rs`: 400 chords of 128^3 voxels, at four mean optical depths; one run, single cells vary by half):
+//! 1 : 0.5 : 0.2 (`benches/shadows.rs`: 400 chords of 128^3 voxels, at four mean optical depths; one run, single cells
+//! vary by half):
 //!
 //! | medium | depth | ratio tracking | marching, even steps | marching, by bounds |
 //! |---|---|---|---|---|
