@@ -102,7 +102,7 @@ def test_help_and_nothing(capfd):
     assert run("--help") == 0
     assert run("render", "--help") == 0
     out = capfd.readouterr().out
-    assert "--resume" not in out, "what does not exist yet is not advertised"
+    assert "--noise-threshold" not in out, "what does not exist yet is not advertised"
     assert run() == 2
     assert run("render") == 2
     assert run("--version") == 0

@@ -28,6 +28,9 @@ const TEACHING_PATHS: u64 = 1 << 19;
 /// samples: .20 of error at 2.7 times the time, for .17 at 3.6 where all teach).
 const TEACHING_STRIDE: u64 = 16;
 
+/// Paths of a pass of which none is left out of teaching: a small image or a first pass has few.
+const FEW_PATHS: u64 = 1 << 14;
+
 /// Lobes of a region at most. More are hardly better and each vertex pays for them (kitchen, 32 samples: .197 of error with
 /// up to 32 lobes, .204 with 8, at 1.5 times the time).
 const MAX_LOBES: u32 = 8;
@@ -135,7 +138,8 @@ impl RenderGuide {
     /// Of every how many samples of a pass one teaches the field; 0 if none does.
     pub(crate) fn teaching_stride(&self, pass_samples: u64) -> u64 {
         let teaches = self.field.is_some() && self.followers != Followers::Trial;
-        if teaches { pass_samples.div_ceil(TEACHING_PATHS).max(TEACHING_STRIDE) } else { 0 }
+        let stride = pass_samples.div_ceil(FEW_PATHS).clamp(1, TEACHING_STRIDE);
+        if teaches { pass_samples.div_ceil(TEACHING_PATHS).max(stride) } else { 0 }
     }
 
     /// Merges the lessons of a pass, one entry a tile of `film` in its order.
