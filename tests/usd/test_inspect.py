@@ -72,33 +72,22 @@ def shot_of(path: Path) -> tuple[Shot, dict[str, Any]]:
     return shot, shot.sync_camera(settings.products[0].view, Usd.TimeCode.Default())[1]
 
 
-def learned_furnace(folder: Path) -> tuple[Any, dict[str, float]]:
-    """Return the field of a furnace of radiance one, and the fluence it has learned at both kinds of vertices."""
-    shot = RenderedShot(furnace_room(fog=True), folder)
-    session = shot.session(spp=64, max_bounces=48, guiding="on", resolution=[48, 48])
-    session.render()
-    of = {vertices: Cells.of(session.field, vertices) for vertices in ("volume", "surface")}
-    fluence = {name: np.average(cells.fluence, weights=cells.samples) for name, cells in of.items()}
-    return session.field, fluence
-
-
 def test_a_furnace_is_learned_as_what_it_is(tmp_path: Path) -> None:
-    field, fluence = learned_furnace(tmp_path)
-    assert fluence["volume"] == pytest.approx(4 * np.pi, rel=0.1)
-    assert (Cells.of(field, "surface").flow != 0).all()
+    shot = RenderedShot(furnace_room(fog=True), tmp_path)
+    # One path in sixteen teaches: with an eighth of these samples regions are as large as the room.
+    session = shot.session(spp=128, max_bounces=48, guiding="on", resolution=[96, 96])
+    session.render()
+    for vertices, fluence in (("volume", 4 * np.pi), ("surface", 2 * np.pi)):
+        cells = Cells.of(session.field, vertices)
+        learned = np.average(cells.fluence, weights=cells.samples)
+        # Moving light to the middle of a region leaves out how walls turn: some per cent in this small room.
+        assert learned == pytest.approx(fluence, rel=0.1), vertices
+    assert (Cells.of(session.field, "surface").flow != 0).all()
     directions = np.random.default_rng(1).normal(size=(4000, 3))
-    radiance = field.radiance((0.0, 0.0, -0.3), "volume", directions)
+    radiance = session.field.radiance((0.0, 0.0, -0.3), "volume", directions)
     assert radiance.mean() == pytest.approx(1.0, abs=0.1)
-    lobes = field.lobes((0.0, 0.0, -0.3), "volume")
+    lobes = session.field.lobes((0.0, 0.0, -0.3), "volume")
     assert sum(lobe["weight"] for lobe in lobes) == pytest.approx(1.0, abs=1e-5)
-
-
-@pytest.mark.xfail(
-    strict=True, reason="13 % too bright: moving light within a region leaves out how walls turn"
-)
-def test_a_furnace_is_learned_on_its_walls(tmp_path: Path) -> None:
-    _, fluence = learned_furnace(tmp_path)
-    assert fluence["surface"] == pytest.approx(2 * np.pi, rel=0.1)
 
 
 def test_every_point_is_in_one_cell(tmp_path: Path) -> None:
