@@ -62,13 +62,7 @@ fn grids_are_unbiased() {
 
 #[test]
 fn grids_and_homogeneous_media_of_any_colour_are_unbiased() {
-    let (grid, ray) = cloudy(Rgb::new(0.1, 0.2, 0.0), Rgb::new(1.0, 0.3, 0.5), 5.0);
-    let media = [
-        grid,
-        emissive(homogeneous(Rgb::new(0.3, 0.0, 0.1), Rgb::new(0.0, 0.2, 0.1)), WHITE),
-        homogeneous(Rgb::splat(0.3), Rgb::ZERO),
-    ];
-    let spans = [span(0.5, 3.0, 1), span(0.0, 10.0, 0), span(2.5, 5.0, 2)];
+    let (media, spans, ray) = super::resample::mixed();
     assert_all_unbiased(&media, &spans, &ray, Rgb::new(1.0, 0.3, 2.0), 5_000);
 }
 

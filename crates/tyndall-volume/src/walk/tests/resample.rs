@@ -99,8 +99,8 @@ fn grids_are_unbiased() {
     }
 }
 
-#[test]
-fn grids_and_homogeneous_media_of_any_colour_are_unbiased() {
+/// A grid, an emissive medium and one that scatters nothing, overlapping, all coloured.
+pub(super) fn mixed() -> ([Medium; 3], [Span; 3], Ray) {
     let (grid, ray) = cloudy(Rgb::new(0.1, 0.2, 0.0), Rgb::new(1.0, 0.3, 0.5), 5.0);
     let media = [
         grid,
@@ -108,6 +108,12 @@ fn grids_and_homogeneous_media_of_any_colour_are_unbiased() {
         homogeneous(Rgb::splat(0.3), Rgb::ZERO),
     ];
     let spans = [span(0.5, 3.0, 1), span(0.0, 10.0, 0), span(2.5, 5.0, 2)];
+    (media, spans, ray)
+}
+
+#[test]
+fn grids_and_homogeneous_media_of_any_colour_are_unbiased() {
+    let (media, spans, ray) = mixed();
     assert_all_unbiased(&media, &spans, &ray, Rgb::new(1.0, 0.3, 2.0), 30_000);
 }
 
