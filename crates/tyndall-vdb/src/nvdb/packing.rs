@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::StoredGrid;
 use super::image::HEAD_BYTES;
 use crate::VdbError;
-use crate::codec::{blosc, unzip};
+use crate::codec::{blosc, zip};
 use crate::cursor::Cursor;
 use crate::source::Source;
 
@@ -78,7 +78,7 @@ pub(super) fn unpack<'a>(packed: Cow<'a, [u8]>, grid: &StoredGrid) -> Result<Cow
     out.resize(size, 0);
     let mut cursor = Cursor::new(&packed, grid.bytes.start);
     if grid.codec == Codec::Zip {
-        unzip(next_run(&mut cursor)?, &mut out, &mut None).map_err(corrupt)?;
+        zip::Inflater::default().unzip(next_run(&mut cursor)?, &mut out).map_err(corrupt)?;
         return Ok(Cow::Owned(out));
     }
     let mut shuffled = Vec::new();
@@ -99,7 +99,7 @@ pub(super) fn unpack_head(cursor: &mut Cursor<'_>, codec: Codec) -> Result<Vec<u
     let seen = cursor.take(cursor.remaining().min(usize::try_from(size).unwrap_or(usize::MAX)), "grid")?;
     let unpacked = match codec {
         Codec::Blosc => blosc::unpack_front(seen, &mut head),
-        _ => unzip(seen, &mut head, &mut None),
+        _ => zip::unzip_front(seen, &mut head),
     };
     match unpacked {
         Ok(()) => Ok(head),
