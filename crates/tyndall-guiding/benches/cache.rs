@@ -25,6 +25,25 @@ static FIELD: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
     (cache, bytes)
 });
 
+/// A field whose file has 64 MB: that of [`FIELD`] with what other places taught it.
+static LARGE: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
+    let settings =
+        FieldSettings { region_samples: 64, effective_samples: 16, max_lobes: 8, ..Default::default() };
+    let mut field = Field::new(settings);
+    let mut cache = Cache::default();
+    let mut bytes = Vec::new();
+    for seed in 0..40 {
+        field.update(&samples(seed, 1_000_000));
+        cache.field = Some(field.clone());
+        bytes = cache.to_bytes();
+        if bytes.len() >= 64 << 20 {
+            break;
+        }
+    }
+    println!("large field: {:?}, {} bytes in the file", field.statistics(), bytes.len());
+    (cache, bytes)
+});
+
 /// The sums of an image of 1280x720.
 static IMAGE: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
     let mut image = ImageGuide::new([0, 0], 1280, 720, Strategy::Odds);
@@ -87,7 +106,17 @@ fn read_field(bencher: Bencher<'_, '_>) {
     read(bencher, &FIELD);
 }
 
-/// Mostly the filter that makes odds of the sums.
+/// Until a render could begin with it.
+#[divan::bench(sample_count = 9)]
+fn read_and_reuse_large_field(bencher: Bencher<'_, '_>) {
+    let (cache, bytes) = &*LARGE;
+    bencher.counter(BytesCount::new(bytes.len())).bench_local(|| {
+        let mut read = Cache::from_bytes(black_box(bytes)).unwrap_or_default();
+        read.reuse(&cache.fingerprint, cache.origin)
+    });
+}
+
+/// Without the filter that makes odds of the sums.
 #[divan::bench(sample_count = 9)]
 fn read_image(bencher: Bencher<'_, '_>) {
     read(bencher, &IMAGE);

@@ -9,6 +9,8 @@
 //! | `container` | the file: header, table, checksums |
 //! | `blocks` | compression |
 //! | `fingerprint` | what the learned depends on, and what is left of it after a change |
+//! | `merge` | caches of several machines |
+//! | `prune` | smaller caches |
 //! | `words` | numbers as bytes |
 //!
 //! Bytes in, bytes out: files are opened, locked and replaced by the caller. `benches/cache.rs` times both ways.
@@ -24,11 +26,14 @@ mod blocks;
 mod container;
 mod error;
 mod fingerprint;
+mod merge;
+mod prune;
 mod words;
 
 pub use container::{FORMAT, MAGIC};
 pub use error::CacheError;
 pub use fingerprint::{Fingerprint, Reuse, Section};
+pub use merge::{MergeError, Merged};
 pub(crate) use words::{Reader, Writer, f32s_of};
 
 use crate::field::Field;
@@ -52,6 +57,8 @@ pub struct Cache {
     pub frames: Vec<FrameRecord>,
     /// How often the guides have learned, over all frames and machines.
     pub lessons: u32,
+    /// Samples per pixel that taught, all of a scene with this very fingerprint.
+    pub samples: u32,
     /// The stage's point that is the origin of the field's space.
     pub origin: [f64; 3],
     /// The camera of the image guide: `world_from_camera`, row by row.
@@ -107,6 +114,7 @@ impl Cache {
     fn write_summary(&self, out: &mut Writer) {
         self.fingerprint.write(out);
         out.u32(self.lessons);
+        out.u32(self.samples);
         self.origin.into_iter().chain(self.camera).for_each(|v| out.f64(v));
         let frames = &self.frames[self.frames.len().saturating_sub(MOST_FRAMES)..];
         out.u32(frames.len() as u32);
@@ -119,6 +127,7 @@ impl Cache {
     fn read_summary(input: &mut Reader<'_>) -> Result<Self> {
         let mut cache = Self { fingerprint: Fingerprint::read(input)?, ..Self::default() };
         cache.lessons = input.u32()?.min(1 << 31);
+        cache.samples = input.u32()?;
         for v in cache.origin.iter_mut().chain(&mut cache.camera) {
             *v = finite(input.f64()?)?;
         }

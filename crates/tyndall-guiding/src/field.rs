@@ -20,7 +20,9 @@
 //! | `adapt` | how many lobes it takes: split and merge |
 //! | `parallax` | what its lobes look like from elsewhere |
 //! | `incident` | what a vertex asks |
-//! | `reuse` | what was learned elsewhere: moved, weakened, merged |
+//! | `reuse` | what was learned elsewhere: moved, weakened |
+//! | `coarsen` | fewer regions |
+//! | `merge` | two fields that learned apart |
 //! | `persist` | as bytes and back |
 //! | `cells` | the boxes of all regions, for pictures |
 //!
@@ -39,7 +41,9 @@
 
 mod adapt;
 mod cells;
+mod coarsen;
 mod incident;
+mod merge;
 mod parallax;
 mod persist;
 mod refine;

@@ -6,7 +6,7 @@ use crate::prims::from_json;
 use pyo3::prelude::*;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use tyndall_guiding::cache::{Cache, CacheError, Fingerprint, MAGIC, Reuse, Section};
+use tyndall_guiding::cache::{Cache, CacheError, Fingerprint, MAGIC, MergeError, Reuse, Section};
 use tyndall_io::{read_if_present, replace_exclusively};
 use tyndall_render::{FieldSize, Session};
 use tyndall_scene::{CacheMode, RenderSettings, Scene, SceneFingerprint, Severity};
@@ -100,7 +100,7 @@ impl SessionCache {
             return Ok(());
         }
         let Some(mut cache) = session.learned(&self.fingerprint, frame) else { return Ok(()) };
-        cache.renderer = format!("tyndall {}", env!("CARGO_PKG_VERSION"));
+        cache.renderer = renderer();
         replace_exclusively(&self.path, &cache.to_bytes()).map_err(|e| e.to_string())
     }
 
@@ -154,9 +154,7 @@ pub(crate) fn read_cache_info(py: Python<'_>, path: PathBuf) -> PyResult<Bound<'
 }
 
 fn describe(path: &Path) -> Result<serde_json::Value, String> {
-    let bytes = read_if_present(path).map_err(|e| e.to_string())?;
-    let bytes = bytes.ok_or_else(|| format!("{path:?} does not exist"))?;
-    let cache = Cache::from_bytes(&bytes).map_err(|e| format!("{path:?} {e}"))?;
+    let (cache, n_bytes) = read(path)?;
     let frames: Vec<_> =
         cache.frames.iter().map(|f| serde_json::json!({ "frame": f.frame, "samples": f.samples })).collect();
     let fingerprint = |section: Section| {
@@ -174,12 +172,80 @@ fn describe(path: &Path) -> Result<serde_json::Value, String> {
     });
     Ok(serde_json::json!({
         "file": path.display().to_string(),
-        "bytes": bytes.len(),
+        "bytes": n_bytes,
         "renderer": cache.renderer,
         "lessons": cache.lessons,
+        "samples": cache.samples,
         "frames": frames,
         "field": field,
         "image": image,
         "fingerprints": Section::ALL.map(fingerprint).into_iter().collect::<serde_json::Map<_, _>>(),
     }))
+}
+
+/// Writes what the caches at `inputs` have learned together to `output`; returns how many image guides were left out for being
+/// of other cameras.
+#[pyfunction]
+pub(crate) fn merge_caches(py: Python<'_>, inputs: Vec<PathBuf>, output: PathBuf) -> PyResult<usize> {
+    guarded(py, || merge(&inputs, &output))?.map_err(FileError::new_err)
+}
+
+fn merge(inputs: &[PathBuf], output: &Path) -> Result<usize, String> {
+    let caches = inputs.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let merged = Cache::merged(caches.into_iter().map(|(cache, _)| cache).collect()).map_err(|error| {
+        let names = match &error {
+            MergeError::Differ { pair, .. } => pair.map(|i| format!("{:?}", inputs[i])).join(" and "),
+            MergeError::Nothing => String::new(),
+        };
+        format!("{names}: {error}")
+    })?;
+    write(merged.cache, output)?;
+    Ok(merged.images_left_out)
+}
+
+/// Writes the cache at `input` without the sections `drop` ("field", "image") and with at most `most_bytes` to `output`;
+/// returns whether it could be made as small.
+#[pyfunction]
+#[pyo3(signature = (input, output, *, most_bytes = None, drop = Vec::new()))]
+pub(crate) fn prune_cache(
+    py: Python<'_>,
+    input: PathBuf,
+    output: PathBuf,
+    most_bytes: Option<usize>,
+    drop: Vec<String>,
+) -> PyResult<bool> {
+    guarded(py, || prune(&input, &output, most_bytes, &drop))?.map_err(FileError::new_err)
+}
+
+fn prune(input: &Path, output: &Path, most_bytes: Option<usize>, drop: &[String]) -> Result<bool, String> {
+    let (mut cache, _) = read(input)?;
+    cache.field = cache.field.filter(|_| !drop.iter().any(|name| name == "field"));
+    cache.image = cache.image.filter(|_| !drop.iter().any(|name| name == "image"));
+    let is_small = most_bytes.is_none_or(|most| cache.shrink_to(most));
+    if is_small {
+        write(cache, output)?;
+    }
+    Ok(is_small)
+}
+
+/// The cache at `path`, and its size.
+fn read(path: &Path) -> Result<(Cache, usize), String> {
+    let bytes = read_if_present(path).map_err(|e| e.to_string())?;
+    let bytes = bytes.ok_or_else(|| format!("{path:?} does not exist"))?;
+    let cache = Cache::from_bytes(&bytes).map_err(|e| format!("{path:?} {e}"))?;
+    Ok((cache, bytes.len()))
+}
+
+fn write(mut cache: Cache, path: &Path) -> Result<(), String> {
+    let there = read_if_present(path).map_err(|e| e.to_string())?;
+    if there.is_some_and(|bytes| !bytes.starts_with(&MAGIC)) {
+        return Err(format!("{path:?} {}, and is left as it is", CacheError::NotACache));
+    }
+    cache.renderer = renderer();
+    replace_exclusively(path, &cache.to_bytes()).map_err(|e| e.to_string())
+}
+
+/// Who writes caches here.
+fn renderer() -> String {
+    format!("tyndall {}", env!("CARGO_PKG_VERSION"))
 }

@@ -66,6 +66,12 @@ impl Film {
         self.film.min_samples()
     }
 
+    /// Samples a pixel has on average.
+    #[getter]
+    fn mean_samples(&self) -> f64 {
+        self.film.mean_samples()
+    }
+
     /// Pixels across and down.
     #[getter]
     fn resolution(&self) -> (u32, u32) {

@@ -18,7 +18,7 @@ mod vdb;
 #[pyo3::pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
-    use crate::cache::read_cache_info;
+    use crate::cache::{merge_caches, prune_cache, read_cache_info};
     #[pymodule_export]
     use crate::delegate::{Diagnostic, RenderDelegate, Scene};
     #[pymodule_export]

@@ -105,6 +105,12 @@ impl Session {
         self.session.learns()
     }
 
+    /// Whether there is nothing left to be rendered.
+    #[getter]
+    fn is_complete(&self) -> bool {
+        self.session.is_complete()
+    }
+
     /// Goes on from the film of an earlier session of the same scene and settings.
     fn resume(&self, earlier: &Film) -> PyResult<()> {
         self.session.resume(&earlier.film).map_err(|e| RenderError::new_err(e.to_string()))
@@ -175,6 +181,7 @@ impl Session {
         let seconds = *self.render_secs.lock().unwrap_or_else(PoisonError::into_inner);
         let mut value = serde_json::json!({
             "samples": film.min_samples(),
+            "meanSamples": film.mean_samples(),
             "paths": paths.paths,
             "segments": paths.segments,
             "shadowRays": paths.shadow_rays,

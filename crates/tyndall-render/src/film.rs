@@ -4,10 +4,12 @@
 //! |---|---|
 //! | `block` | sums over consecutive samples; the order in which they are added, the same for an image made in parts |
 //! | `tile` | a rectangle of pixels |
+//! | `noise` | which pixels are clean, for adaptive sampling |
 //! | `state` | all of a film as bytes, for checkpoints and for parts made elsewhere |
 
 mod block;
 mod layout;
+mod noise;
 mod state;
 mod tile;
 
@@ -18,6 +20,7 @@ pub(crate) use tile::Tile;
 
 use crate::aov::{self, Aov};
 use layout::SumLayout;
+use noise::NoiseMap;
 
 /// Pixels along the edge of a tile. Small enough that cancelling waits a few milliseconds, large enough that handing
 /// out tiles costs nothing.
@@ -31,6 +34,8 @@ pub struct Film {
     first_sample: u32,
     aovs: Vec<&'static Aov>,
     tiles: Vec<Tile>,
+    /// Of films that are sampled adaptively.
+    noise: Option<NoiseMap>,
 }
 
 impl Film {
@@ -72,7 +77,13 @@ impl Film {
                 tiles.push(Tile::new([x0, y0], size, first_sample, &layout));
             }
         }
-        Ok(Self { width, height, first_sample, aovs, tiles })
+        Ok(Self { width, height, first_sample, aovs, tiles, noise: None })
+    }
+
+    /// This empty film, of which pixels that are clean get no more samples.
+    pub(crate) fn adaptive(mut self) -> Self {
+        self.noise = Some(NoiseMap::new(self.width, self.height));
+        self
     }
 
     /// Pixels across.
@@ -100,12 +111,17 @@ impl Film {
         self.sample_counts().min().unwrap_or(0)
     }
 
+    /// Samples a pixel has on average.
+    pub fn mean_samples(&self) -> f64 {
+        self.total_samples() as f64 / (f64::from(self.width) * f64::from(self.height))
+    }
+
     /// The index of the first sample in it.
     pub fn first_sample(&self) -> u32 {
         self.first_sample
     }
 
-    /// The index of the first sample that not all pixels have.
+    /// The index of the first sample that not all pixels have, or need.
     pub fn next_sample(&self) -> u32 {
         self.tiles.iter().map(Tile::next_sample).min().unwrap_or(self.first_sample)
     }
@@ -156,8 +172,29 @@ impl Film {
                 next.first_sample
             ));
         }
+        let is_empty = self.next_sample() == self.first_sample;
+        if self.noise.is_some() != next.noise.is_some() || (self.noise.is_some() && !is_empty) {
+            return Err(
+                "adaptive sampling decides by all samples of a pixel: its films cannot be added".to_owned()
+            );
+        }
+        self.noise.clone_from(&next.noise);
         self.tiles.iter_mut().zip(&next.tiles).for_each(|(tile, other)| tile.append(other));
         Ok(())
+    }
+
+    /// Whether adaptive sampling asks for no samples after the first `count` of any pixel.
+    pub(crate) fn is_clean(&self, count: u32) -> bool {
+        self.noise.as_ref().is_some_and(|noise| noise.are_all_clean(count))
+    }
+
+    /// Decides which pixels are clean now that the others have `count` samples, if it is time to.
+    pub(crate) fn update_noise(&mut self, count: u32, threshold: f64) {
+        let Some(noise) = self.noise.as_mut().filter(|_| NoiseMap::is_time(count)) else { return };
+        let across = self.width.div_ceil(TILE_SIZE);
+        noise.update(count, threshold, |x, y| {
+            self.tiles[(y / TILE_SIZE * across + x / TILE_SIZE) as usize].radiance_sums(x, y)
+        });
     }
 
     fn sample_counts(&self) -> impl Iterator<Item = u32> {
@@ -168,8 +205,15 @@ impl Film {
         &self.tiles
     }
 
+    #[cfg(test)]
     pub(crate) fn tiles_mut(&mut self) -> &mut [Tile] {
         &mut self.tiles
+    }
+
+    /// The tiles, and whether the pixel in a column and row is clean once it has so many samples.
+    pub(crate) fn tiles_to_render(&mut self) -> (&mut [Tile], impl Fn(u32, u32, u32) -> bool + Sync) {
+        let noise = self.noise.as_ref();
+        (&mut self.tiles, move |x, y, count| noise.is_some_and(|noise| noise.is_clean(x, y, count)))
     }
 }
 

@@ -18,7 +18,7 @@ use tyndall_guiding::image_space::ImageGuide;
 use tyndall_guiding::{ClassCosts, EventClass, Moments, Strategy};
 use tyndall_scene::{DistanceSampling, Guiding, RenderSettings};
 
-/// Samples a pixel after which nothing more is learned: what the last passes could still teach would guide too few.
+/// Samples a pixel after which nothing more is learned, those of earlier renders of the same scene included: what the last passes could still teach would guide too few.
 const LAST_LESSON: u32 = 128;
 
 /// Paths of a pass that teach the field, at the most: bounds the memory of samples, some four of 48 bytes a path.
@@ -43,6 +43,10 @@ pub(crate) struct RenderGuide {
     trial: Option<TrialResult>,
     /// Lessons so far.
     epoch: u32,
+    /// Samples a pixel after which nothing more is learned.
+    last_lesson: u32,
+    /// Whether anything was learned in this render.
+    has_learned: bool,
 }
 
 /// Which pixels' paths the field guides.
@@ -88,7 +92,9 @@ impl RenderGuide {
         };
         let field_settings = FieldSettings { max_lobes: MAX_LOBES, ..FieldSettings::default() };
         let field = followers.filter(|_| has_indirect_light).map(|_| Field::new(field_settings));
-        Self { camera, field, followers: followers.unwrap_or(Followers::All), trial: None, epoch: 0 }
+        let followers = followers.unwrap_or(Followers::All);
+        let last_lesson = LAST_LESSON;
+        Self { camera, field, followers, trial: None, epoch: 0, last_lesson, has_learned: false }
     }
 
     /// A pass that takes all pixels from `first` to `end` samples comes next.
@@ -125,13 +131,14 @@ impl RenderGuide {
 
     /// Room for what a tile teaches in a pass from `first` to `target` samples a pixel; `None` if nothing is to be learned.
     pub(crate) fn lessons(&self, tile: &Tile, first: u32, target: u32) -> Option<TileLessons> {
-        let learns = target <= LAST_LESSON && (self.camera.is_some() || self.field.is_some());
-        let n_moments = if self.camera.is_some() { tile.len() } else { 0 };
-        learns.then(|| TileLessons {
+        let is_trial = self.followers == Followers::Trial;
+        let learns = target <= self.last_lesson && self.learns();
+        let n_moments = if learns && self.camera.is_some() { tile.len() } else { 0 };
+        (learns || is_trial).then(|| TileLessons {
             moments: vec![Moments::default(); n_moments],
             costs: ClassCosts::default(),
             training: Vec::new(),
-            trial: (self.followers == Followers::Trial).then(|| TileTrial::new(tile, first, target)),
+            trial: is_trial.then(|| TileTrial::new(tile, first, target)),
         })
     }
 
@@ -145,7 +152,10 @@ impl RenderGuide {
     /// Merges the lessons of a pass, one entry a tile of `film` in its order.
     pub(crate) fn learn(&mut self, film: &Film, lessons: Vec<TileLessons>) {
         self.epoch += 1;
-        if let Some(camera) = &mut self.camera {
+        let is_lesson =
+            lessons.iter().any(|of_tile| !of_tile.moments.is_empty() || !of_tile.training.is_empty());
+        self.has_learned |= is_lesson;
+        if let Some(camera) = self.camera.as_mut().filter(|_| is_lesson) {
             let (pass, costs) = gather(film, &lessons);
             // One entry a pixel by construction: nothing to be refused.
             let learned = camera.learn(&pass, &costs);
@@ -192,7 +202,8 @@ impl TileLessons {
             trial.add(index, sample, path, told.field.is_some(), statistics);
         }
         let (Some(learned), Some(camera)) = (&path.learned, &told.camera) else { return };
-        self.moments[index].add(&learned.sample, camera.outlier_limit());
+        let Some(moments) = self.moments.get_mut(index) else { return };
+        moments.add(&learned.sample, camera.outlier_limit());
         let costs = match learned.sample.class {
             EventClass::Volume => &mut self.costs.volume,
             EventClass::Surface => &mut self.costs.surface,

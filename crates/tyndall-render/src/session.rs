@@ -102,6 +102,7 @@ impl Session {
     pub fn new(world: Arc<World>, settings: RenderSettings) -> Result<Self, SessionError> {
         let [width, height] = settings.resolution;
         let film = Film::new(width, height, &settings.aovs).map_err(SessionError::Film)?;
+        let film = if settings.noise_threshold > 0.0 { film.adaptive() } else { film };
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.threads as usize)
             .thread_name(|i| format!("tyndall-{i}"))
@@ -123,6 +124,11 @@ impl Session {
         let (Range { start, end }, samples) = (range, self.settings.samples);
         if start >= end || end > samples {
             return refuse(format!("samples {start}:{end} are not a range within 0:{samples}"));
+        }
+        if self.settings.noise_threshold > 0.0 {
+            return refuse(
+                "a noise threshold decides by all samples of a pixel, and a part has only some".to_owned(),
+            );
         }
         if !end.is_multiple_of(SAMPLE_GRID) && end != samples {
             return refuse(format!(
@@ -157,7 +163,7 @@ impl Session {
         guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
         control.samples.fetch_add(film.total_samples(), Ordering::Relaxed);
         let mut done = film.next_sample();
-        while done < self.range.end && !control.is_stopped() {
+        while done < self.range.end && !film.is_clean(done) && !control.is_stopped() {
             let target = leaf_end(done).min(self.range.end);
             let image: &mut Film = &mut film;
             guide.begin_pass(done, target);
@@ -167,6 +173,11 @@ impl Session {
                 control.learning.time(|| self.pool.install(|| guide.learn(image, lessons)));
             }
             self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&of_pass);
+            if film.next_sample() == target {
+                let image: &mut Film = &mut film;
+                let threshold = f64::from(self.settings.noise_threshold);
+                self.pool.install(|| image.update_noise(target, threshold));
+            }
             control.passes.fetch_add(1, Ordering::Relaxed);
             after_pass(&film);
             done = target;
@@ -174,7 +185,13 @@ impl Session {
         *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = Some(guide);
     }
 
-    /// Pixel samples a complete render takes.
+    /// Whether there is nothing left to be rendered: every pixel has all samples, or as many as it needs.
+    pub fn is_complete(&self) -> bool {
+        let film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
+        film.next_sample() >= self.range.end || film.is_clean(film.next_sample())
+    }
+
+    /// Pixel samples a complete render takes, at the most.
     pub fn samples_total(&self) -> u64 {
         let [width, height] = self.settings.resolution;
         u64::from(width) * u64::from(height) * self.range.len() as u64
@@ -231,7 +248,8 @@ fn render_pass(
     let first = film.next_sample();
     let stride = guide.teaching_stride(pixels * u64::from(target - first));
     let pass = Pass { integrator, guide, control, first, target, stride };
-    let tiles: Vec<_> = film.tiles_mut().par_iter_mut().map(|tile| pass.render(tile)).collect();
+    let (tiles, is_clean) = film.tiles_to_render();
+    let tiles: Vec<_> = tiles.par_iter_mut().map(|tile| pass.render(tile, &is_clean)).collect();
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
     for (of_tile, learned) in tiles {
@@ -254,7 +272,11 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn render(&self, tile: &mut Tile) -> (PathStatistics, Option<TileLessons>) {
+    fn render(
+        &self,
+        tile: &mut Tile,
+        is_clean: &impl Fn(u32, u32, u32) -> bool,
+    ) -> (PathStatistics, Option<TileLessons>) {
         let mut statistics = PathStatistics::default();
         let mut lessons = self.guide.lessons(tile, self.first, self.target);
         let mut scratch = self.integrator.scratch();
@@ -262,6 +284,9 @@ impl Pass<'_> {
         let first = tile.begin(self.target);
         for index in 0..tile.len() {
             let (x, y) = tile.pixel(index);
+            if is_clean(x, y, first) {
+                continue;
+            }
             let told = self.guide.lookup([x, y]);
             for sample in first..self.target {
                 if self.control.is_stopped() {

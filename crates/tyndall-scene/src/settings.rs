@@ -74,6 +74,9 @@ pub struct RenderSettings {
     pub pixel_aspect: f32,
     /// Samples per pixel.
     pub samples: u32,
+    /// Standard error of a pixel, over the root of its brightness (white is 1), at which it gets no more samples; 0 gives
+    /// all pixels all samples.
+    pub noise_threshold: f32,
     /// Seconds of rendering after which no new pass begins; 0 is no limit.
     pub time_limit: f32,
     /// How often light may scatter: reflections, refractions and volume events each count one; index-matched
@@ -104,6 +107,7 @@ impl Default for RenderSettings {
             resolution: [1280, 720],
             pixel_aspect: 1.0,
             samples: 1024,
+            noise_threshold: 0.0,
             time_limit: 0.0,
             max_bounces: 64,
             seed: 0,
@@ -181,6 +185,13 @@ impl RenderSettings {
         number("resolution", "int2", 1.0, 65_536.0, "Pixels across and down."),
         number("pixelAspect", "float", 1e-3, 1e3, "Width of a pixel divided by its height."),
         number("samples", "int", 1.0, 4_294_967_295.0, "Samples per pixel."),
+        number(
+            "noiseThreshold",
+            "float",
+            0.0,
+            1e3,
+            "Standard error over the root of the brightness at which a pixel gets no more samples; 0: never.",
+        ),
         number("timeLimit", "float", 0.0, 1e9, "Seconds after which no new pass begins; 0 is no limit."),
         number("maxBounces", "int", 0.0, 1e6, "How often light may scatter, in media and at surfaces."),
         number(
@@ -246,6 +257,7 @@ impl RenderSettings {
             ("resolution", f64::from(self.resolution[1])),
             ("pixelAspect", f64::from(self.pixel_aspect)),
             ("samples", f64::from(self.samples)),
+            ("noiseThreshold", f64::from(self.noise_threshold)),
             ("timeLimit", f64::from(self.time_limit)),
             ("maxBounces", f64::from(self.max_bounces)),
             ("threads", f64::from(self.threads)),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import math
-import re
+import sys
 from typing import TYPE_CHECKING, NoReturn
 
+from tyndall_usd.cli import values
 from tyndall_usd.cli.exit_codes import UsageError
 
 if TYPE_CHECKING:
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 #: Options of later versions: recognised, and refused instead of ignored.
 _LATER_OPTIONS: dict[str, int | None] = {
-    "--noise-threshold": 1,
     "--tile-index": 1,
     "--tile-count": 2,
     "--tile-suffix": 1,
@@ -23,7 +22,7 @@ _LATER_OPTIONS: dict[str, int | None] = {
     "--pass": 1,
     "--renderPassPrimPath": 1,
 }
-_LATER_COMMANDS = ("compare", "bench", "job")
+_LATER_COMMANDS = ("compare", "bench")
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
 _GUIDING = ("auto", "on", "off")
 _CACHE_MODES = ("auto", "read", "train", "off")
@@ -64,6 +63,7 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_merge(commands.add_parser("merge", help="add up parts made by --sample-range", allow_abbrev=False))
     _add_cache(commands.add_parser("cache", help="look at guiding caches", allow_abbrev=False))
+    _add_job(commands.add_parser("job", help="describe a shot for render farms", allow_abbrev=False))
     for name in _LATER_COMMANDS:
         later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
         later.add_argument("rest", nargs=argparse.REMAINDER)
@@ -78,7 +78,13 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     UsageError
         An option is unknown, lacks a value, has a wrong one, or belongs to a later version.
     """
+    arguments = list(sys.argv[1:] if arguments is None else arguments)
+    render_options: list[str] = []
+    if arguments[:1] == ["job"] and "--" in arguments:
+        end = arguments.index("--")
+        arguments, render_options = arguments[:end], arguments[end + 1 :]
     options = make_parser().parse_args(arguments)
+    options.render_options = render_options
     if options.command in _LATER_COMMANDS:
         raise UsageError(f"tyndall {options.command} is not available in this version")
     return options
@@ -138,6 +144,60 @@ def _add_cache(parser: argparse.ArgumentParser) -> None:
     info = actions.add_parser("info", help="show what a cache holds", allow_abbrev=False)
     info.add_argument("file", metavar="FILE", help="a guiding cache, as --cache writes it")
     info.add_argument("--json", action="store_true", help="as JSON")
+    verify = actions.add_parser(
+        "verify", help="check checksums and content; exit with 1 if any file is unsound", allow_abbrev=False
+    )
+    verify.add_argument("files", metavar="FILE", nargs="+", help="guiding caches")
+    merge = actions.add_parser(
+        "merge", help="add up what machines or frames learned apart", allow_abbrev=False
+    )
+    merge.add_argument("files", metavar="FILE", nargs="+", help="guiding caches of one shot")
+    merge.add_argument("-o", "--output", metavar="FILE", required=True, help="the cache of all")
+    prune = actions.add_parser("prune", help="make a cache smaller", allow_abbrev=False)
+    prune.add_argument("file", metavar="FILE", help="a guiding cache")
+    prune.add_argument("-o", "--output", metavar="FILE", help="default: in its place")
+    prune.add_argument(
+        "--max-size",
+        type=values.size,
+        metavar="BYTES",
+        help="at most so large, such as 64M: first without the odds of camera rays, then with fewer regions",
+    )
+    prune.add_argument(
+        "--drop",
+        action="append",
+        default=[],
+        choices=("field", "image"),
+        help="forget the light by place, or the odds of camera rays",
+    )
+    for action in (verify, merge, prune):
+        _add_log(action)
+
+
+def _add_job(parser: argparse.ArgumentParser) -> None:
+    actions = parser.add_subparsers(dest="job_command", metavar="ACTION", required=True, parser_class=_Parser)
+    export = actions.add_parser(
+        "export",
+        help="write a job: key frames teach a cache, chunks of frames are rendered with it, splits merged",
+        usage="%(prog)s INPUT -o OUT -f FRAMES [options] [-- options of tyndall render]",
+        allow_abbrev=False,
+    )
+    add = export.add_argument
+    add("input", metavar="INPUT", help=".usd .usda .usdc .usdz")
+    add("-o", "--output", metavar="PATH", required=True, help="the images, as for tyndall render")
+    add("-f", "--frames", metavar="FRAMES", required=True, help="such as 1001:1010x2,1020")
+    add(
+        "--format",
+        choices=("openjd", "slurm"),
+        default="openjd",
+        help="Open Job Description or sbatch script",
+    )
+    add("--to", metavar="FILE", help="the job's file; default: beside you, named after the stage")
+    add("--chunk", type=values.positive_int, default=4, metavar="N", help="frames a task renders; default 4")
+    add("--key-frames", metavar="FRAMES", help="frames that teach the guiding cache of all")
+    add("--key-spp", type=values.positive_int, default=128, metavar="N", help="samples of those; default 128")
+    add("--spp", type=values.positive_int, metavar="N", help="samples per pixel")
+    add("--splits", type=values.positive_int, default=1, metavar="N", help="parts of each frame's samples")
+    _add_log(export)
 
 
 def _add_render(parser: argparse.ArgumentParser) -> None:
@@ -151,8 +211,14 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
         help='.exr (multi-layer) or .png; "####" or "$F4" is the frame number',
     )
     add("-f", "--frames", "--frame", metavar="FRAMES", help="such as 1001:1010x2,1020")
-    add("-n", "--frame-count", type=_positive_int, metavar="N", help="number of frames from the one of -f")
-    add("-i", "--frame-inc", type=_positive_int, metavar="N", default=1, help="step of --frame-count")
+    add(
+        "-n",
+        "--frame-count",
+        type=values.positive_int,
+        metavar="N",
+        help="number of frames from the one of -f",
+    )
+    add("-i", "--frame-inc", type=values.positive_int, metavar="N", default=1, help="step of --frame-count")
     add("-d", "--default-time", "--defaultTime", action="store_true", help="render the stage's default time")
     add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
     add("--list-aovs", action="store_true", help="print the AOVs and exit")
@@ -163,13 +229,13 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("--strict", action="store_true", help="exit with 3 if there were warnings or errors")
     add(
         "--sample-range",
-        type=_sample_range,
+        type=values.sample_range,
         metavar="A:B",
         help="render only the samples A to B-1 of --spp, as a part for tyndall merge; multiples of 32",
     )
     add(
         "--checkpoint",
-        type=_seconds,
+        type=values.seconds,
         metavar="SECONDS",
         help="save the render so often, beside the image as .checkpoint",
     )
@@ -187,12 +253,12 @@ def _add_inspect(parser: argparse.ArgumentParser) -> None:
     place = parser.add_mutually_exclusive_group()
     place.add_argument(
         "--pixel",
-        type=_pixel,
+        type=values.pixel,
         metavar="X,Y",
         help="show the light where this pixel scatters; default: middle",
     )
     place.add_argument(
-        "--point", type=_point, metavar="X,Y,Z", help="show the light at this point of the stage"
+        "--point", type=values.point, metavar="X,Y,Z", help="show the light at this point of the stage"
     )
     add(
         "--vertices",
@@ -203,12 +269,18 @@ def _add_inspect(parser: argparse.ArgumentParser) -> None:
     add("--slice", choices=("x", "y", "z"), help="draw cells across this axis; default: nearest to the view")
     add(
         "--reference-spp",
-        type=_count,
+        type=values.count,
         default=256,
         metavar="N",
         help="samples of the unguided light around the point; 0 leaves it out",
     )
-    add("--reference-size", type=_positive_int, default=32, metavar="N", help="pixels across a sixth of it")
+    add(
+        "--reference-size",
+        type=values.positive_int,
+        default=32,
+        metavar="N",
+        help="pixels across a sixth of it",
+    )
     _add_image(parser)
     _add_common(parser)
 
@@ -217,24 +289,40 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
     """Add what decides the image of one frame, and how it is sampled."""
     add = parser.add_argument
     add("-c", "--camera", "-cam", metavar="PATH|NAME", help="the camera to render through")
-    add("-r", "--resolution", type=_resolution, metavar="WxH", help="pixels across and down")
-    add("--res", nargs=2, type=_positive_int, metavar=("W", "H"), help="the same")
+    add("-r", "--resolution", type=values.resolution, metavar="WxH", help="pixels across and down")
+    add("--res", nargs=2, type=values.positive_int, metavar=("W", "H"), help="the same")
     add(
         "-w",
         "--width",
         "--imageWidth",
-        type=_positive_int,
+        type=values.positive_int,
         metavar="W",
         help="height follows from the camera",
     )
     add(
-        "--pixel-aspect", type=_positive_float, metavar="RATIO", help="width of a pixel divided by its height"
+        "--pixel-aspect",
+        type=values.positive_float,
+        metavar="RATIO",
+        help="width of a pixel divided by its height",
     )
-    add("--spp", "--pixel-samples", "-p", type=_positive_int, metavar="N", help="samples per pixel")
-    add("--time", "--timelimit", type=_seconds, metavar="SECONDS", help="end rendering a frame after so long")
-    add("--max-bounces", type=_count, metavar="N", help="how often light may scatter")
-    add("-j", "--threads", type=_count, metavar="N", help="0 is all cores")
-    add("--seed", type=_count, metavar="N", help="the same seed gives the same image")
+    add("--spp", "--pixel-samples", "-p", type=values.positive_int, metavar="N", help="samples per pixel")
+    add(
+        "--noise-threshold",
+        type=values.seconds,
+        metavar="T",
+        help="end each pixel, at --spp at the latest, when its standard error is T times the root of its "
+        "brightness (white is 1), such as 0.01",
+    )
+    add(
+        "--time",
+        "--timelimit",
+        type=values.seconds,
+        metavar="SECONDS",
+        help="end rendering a frame after so long",
+    )
+    add("--max-bounces", type=values.count, metavar="N", help="how often light may scatter")
+    add("-j", "--threads", type=values.count, metavar="N", help="0 is all cores")
+    add("--seed", type=values.count, metavar="N", help="the same seed gives the same image")
     add("--filter", choices=("blackman-harris", "box"), help="pixel filter")
     add(
         "--distance-sampling",
@@ -260,71 +348,3 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         default="none",
         help="the light of stages without any",
     )
-
-
-def _resolution(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+)[xX](\d+)", text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1920x1080")
-    return _positive_int(match[1]), _positive_int(match[2])
-
-
-def _sample_range(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+):(\d+)", text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 0:128")
-    first, end = int(match[1]), int(match[2])
-    if first >= end:
-        raise argparse.ArgumentTypeError(f"{text} has no samples; the second number must be larger")
-    return first, end
-
-
-def _pixel(text: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d+),(\d+)", text)
-    if match is None:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 640,360")
-    return int(match[1]), int(match[2])
-
-
-def _point(text: str) -> tuple[float, float, float]:
-    try:
-        x, y, z = (float(part) for part in text.split(","))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not of the form 1.5,0,-2") from None
-    if not all(math.isfinite(v) for v in (x, y, z)):
-        raise argparse.ArgumentTypeError(f"{text} is not finite")
-    return x, y, z
-
-
-def _count(text: str) -> int:
-    try:
-        value = int(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number") from None
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"{text} is negative")
-    return value
-
-
-def _positive_int(text: str) -> int:
-    value = _count(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too small; it must be at least 1")
-    return value
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number") from None
-    if not 0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text} must be finite and not negative")
-    return value
-
-
-def _positive_float(text: str) -> float:
-    value = _seconds(text)
-    if value == 0:
-        raise argparse.ArgumentTypeError("0 is too small")
-    return value

@@ -76,7 +76,7 @@ class Checkpoint:
 
     def conclude(self, session: tyndall.Session, film: tyndall.Film) -> None:
         """Save what was stopped; remove the checkpoint of what is complete and written."""
-        if film.sample_range[1] >= self._description.sample_range[1]:
+        if session.is_complete:
             if self._seconds is not None or self._resumes:
                 self._path.unlink(missing_ok=True)
         elif self._seconds is not None:

@@ -74,6 +74,10 @@ def _run(options: argparse.Namespace) -> int:
         from tyndall_usd.cli.inspect import run_inspect
 
         return run_inspect(options)
+    if options.command == "job":
+        from tyndall_usd.cli.job import run_job
+
+        return run_job(options)
     if options.command == "merge":
         from tyndall_usd.cli.merge import run_merge
 

@@ -60,6 +60,11 @@ class _Run:
         self.shot = Shot(self.stage, settings, self.options)
         if self.options.sample_range and self.shot.renderer_settings["timeLimit"]:
             raise UsageError("--sample-range: a part is complete or useless; render it without a time limit")
+        if self.options.sample_range and self.shot.renderer_settings["noiseThreshold"]:
+            raise UsageError(
+                "--sample-range: a noise threshold decides by all samples of a pixel, and a part has only "
+                "some; render it with --noise-threshold 0"
+            )
         messages.send(self.shot.delegate)
         for time, frame in times:
             if self._is_done(tasks, frame):
@@ -117,6 +122,7 @@ class _Run:
                 "frame": frame,
                 "files": [str(image.at(frame)) for image in task.images],
                 "spp": film.samples,
+                "meanSpp": film.mean_samples,
                 "seconds": seconds,
                 "complete": is_complete,
                 "statistics": statistics,
@@ -157,12 +163,16 @@ class _Run:
         )
 
     def _write(self, task: Task, frame: float, film: tyndall.Film, metadata: dict[str, str]) -> None:
-        metadata = {**metadata, "tyndall:samples": str(film.samples)}
+        metadata = {
+            **metadata,
+            "tyndall:samples": str(film.samples),
+            "tyndall:meanSamples": f"{film.mean_samples:.2f}",
+        }
         with self.stats.phase("write"):
             for image in task.images:
                 file = image.at(frame)
                 film.write(str(file), list(image.aovs), metadata)
-                LOG.info("%s: %d samples per pixel, %s s", file, film.samples, metadata["tyndall:seconds"])
+                LOG.info("%s: %s samples per pixel, %s s", file, _samples(film), metadata["tyndall:seconds"])
 
     def _write_part(self, task: Task, frame: float, film: tyndall.Film, description: Description) -> None:
         """Keep the sums of a part that is complete."""
@@ -177,6 +187,11 @@ class _Run:
         if self.options.strict and (errors or warnings):
             return ExitCode.DIAGNOSTICS
         return ExitCode.DONE
+
+
+def _samples(film: tyndall.Film) -> str:
+    is_uniform = film.mean_samples == film.samples
+    return str(film.samples) if is_uniform else f"{film.samples} or more, on average {film.mean_samples:.1f},"
 
 
 def _as_text(value: object) -> str:

@@ -71,6 +71,7 @@ def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> 
     """Return the core's settings: the command line wins over the stage."""
     given = {
         "samples": options.spp,
+        "noiseThreshold": options.noise_threshold,
         # The core's 0 is no limit; 0 here means no more than the first pass.
         "timeLimit": options.time if options.time is None else max(options.time, 1e-9),
         "maxBounces": options.max_bounces,

@@ -24,6 +24,12 @@ class Setting:
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("samples", "int64", 1024, "Samples per pixel."),
+    Setting(
+        "noiseThreshold",
+        "float",
+        0.0,
+        "Standard error over the root of the brightness at which a pixel gets no more samples; 0: never.",
+    ),
     Setting("timeLimit", "float", 0.0, "Seconds after which no new pass begins; 0 is no limit."),
     Setting("maxBounces", "int", 64, "How often light may scatter, in media and at surfaces."),
     Setting("seed", "int64", 0, "Random seed; the same seed gives the same image."),

@@ -20,8 +20,8 @@ use super::error::{CacheError, Result};
 use super::words::{Reader, Writer};
 use rayon::prelude::*;
 
-/// The latest format; the only one so far.
-pub const FORMAT: u32 = 1;
+/// The latest format, and the only one that is read.
+pub const FORMAT: u32 = 2;
 /// How a cache begins.
 pub const MAGIC: [u8; 8] = *b"\x93TYC\r\n\x1a\n";
 
@@ -139,7 +139,11 @@ impl Header {
         match fixed.u32()? {
             FORMAT => {}
             found if found > FORMAT => return Err(CacheError::Newer { found, known: FORMAT }),
-            _ => return Err(CacheError::Foreign("it is of a format before the first")),
+            _ => {
+                return Err(CacheError::Foreign(
+                    "it is of an earlier format; learn it anew by --cache-mode train",
+                ));
+            }
         }
         let features = fixed.u64()?;
         let n_sections = fixed.u32()?;

@@ -3,6 +3,7 @@
 use super::Cache;
 use super::error::Result;
 use super::words::{Reader, Writer};
+use crate::image_space::ImageGuide;
 
 /// What a changed scene keeps of the samples it learned from: as much as a region keeps of the one it was cut from.
 const KEPT: f32 = 0.25;
@@ -28,6 +29,11 @@ impl Section {
     /// Every section, in the order of a file.
     pub const ALL: [Self; 6] =
         [Self::Geometry, Self::Media, Self::Materials, Self::Lights, Self::Camera, Self::Integrator];
+
+    /// Whether a change makes what was learned wrong, instead of doubtful.
+    pub(super) fn invalidates(self) -> bool {
+        matches!(self, Self::Lights | Self::Materials | Self::Integrator)
+    }
 
     /// For messages.
     pub fn name(self) -> &'static str {
@@ -93,28 +99,32 @@ impl Cache {
     /// Where only the place of things changed, most of it is still right: it is kept, but counts for a quarter of its
     /// samples. An image guide is of one camera.
     pub fn reuse(&mut self, now: &Fingerprint, origin: [f64; 3]) -> Reuse {
-        use Section::{Camera, Integrator, Lights, Materials};
         let changes = now.changes(&self.fingerprint);
-        let has_changed = |section: Section| changes.contains(&section);
-        if [Lights, Materials, Integrator].into_iter().any(has_changed) {
-            self.field = None;
+        let is_wrong = changes.iter().any(|section| section.invalidates());
+        self.field = self.field.take().filter(|_| !is_wrong);
+        self.image = self.image.take().filter(|_| !is_wrong && !changes.contains(&Section::Camera));
+        self.move_to(origin);
+        if !changes.is_empty() {
+            self.field.iter_mut().for_each(|field| field.decay(KEPT));
+            self.image.iter_mut().for_each(|image| image.decay(KEPT));
+            self.samples = 0;
         }
-        if [Lights, Materials, Integrator, Camera].into_iter().any(has_changed) {
-            self.image = None;
+        if self.field.is_none() && self.image.is_none() {
+            self.frames.clear();
+            self.samples = 0;
         }
+        self.image.iter_mut().for_each(ImageGuide::make_odds);
+        self.fingerprint = *now;
+        Reuse { field: self.field.is_some(), image: self.image.is_some(), changes }
+    }
+
+    /// Moves the field to another origin of its space; one that is out of reach of f32 is dropped.
+    pub(super) fn move_to(&mut self, origin: [f64; 3]) {
         let offset = std::array::from_fn(|i| (self.origin[i] - origin[i]) as f32);
         self.field = self.field.take().filter(|_| offset.iter().all(|v: &f32| v.is_finite()));
         if let Some(field) = self.field.as_mut().filter(|_| offset != [0.0; 3]) {
             field.translate(offset);
         }
-        if !changes.is_empty() {
-            self.field.iter_mut().for_each(|field| field.decay(KEPT));
-            self.image.iter_mut().for_each(|image| image.decay(KEPT));
-        }
-        if self.field.is_none() && self.image.is_none() {
-            self.frames.clear();
-        }
-        (self.origin, self.fingerprint) = (origin, *now);
-        Reuse { field: self.field.is_some(), image: self.image.is_some(), changes }
+        self.origin = origin;
     }
 }

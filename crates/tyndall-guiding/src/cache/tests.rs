@@ -27,6 +27,7 @@ static CACHE: LazyLock<Cache> = LazyLock::new(|| Cache {
     fingerprint: fingerprint(1),
     frames: vec![FrameRecord { frame: 1001.0, samples: 32 }, FrameRecord { frame: 1002.5, samples: 16 }],
     lessons: 11,
+    samples: 48,
     origin: [1e6, -2.0, 0.5],
     camera: std::array::from_fn(|i| i as f64),
     field: Some(testing::trained_field()),
@@ -104,7 +105,7 @@ fn refusals_say_why() {
     };
     assert_eq!(why(&|b| b.clear()), CacheError::NotACache);
     assert_eq!(why(&|b| b[0] = b'P'), CacheError::NotACache);
-    assert_eq!(why(&|b| b[12] = 2), CacheError::Newer { found: 2, known: 1 });
+    assert_eq!(why(&|b| b[12] = 9), CacheError::Newer { found: 9, known: FORMAT });
     assert!(matches!(why(&|b| b[12] = 0), CacheError::Foreign(_)));
     assert!(matches!(why(&|b| b[8..12].reverse()), CacheError::Foreign(_)));
     assert!(matches!(why(&|b| b.truncate(50)), CacheError::Length { expected: 64, actual: 50 }));
@@ -127,6 +128,7 @@ fn light_that_changed_is_forgotten_and_moved_things_are_doubted() {
         cache
     };
     assert_eq!(after(&[]), *CACHE);
+    assert_eq!((after(&[]).samples, after(&[Section::Geometry]).samples), (48, 0));
     for section in [Section::Materials, Section::Lights, Section::Integrator] {
         assert_eq!((after(&[section]).field, after(&[section]).image), (None, None));
     }
@@ -157,6 +159,69 @@ fn the_field_stays_in_its_place_when_the_origin_moves() {
         let b = new.region(moved, crate::EventClass::Volume, 0.5).unwrap().lobes();
         assert_eq!(a, b);
     }
+}
+
+/// Caches of one scene by machines with other seeds.
+fn machines() -> Vec<Cache> {
+    let of = |lessons: u32| {
+        let mut cache = CACHE.clone();
+        (0..lessons).for_each(|_| testing::teach(cache.field.as_mut().unwrap()));
+        cache.frames = vec![FrameRecord { frame: f64::from(lessons), samples: 8 }];
+        Cache { lessons, ..cache }
+    };
+    (1..4).map(of).collect()
+}
+
+#[test]
+fn merged_caches_do_not_depend_on_their_order() {
+    let caches = machines();
+    let merged = |order: [usize; 3]| Cache::merged(order.map(|i| caches[i].clone()).to_vec()).unwrap().cache;
+    let first = merged([0, 1, 2]);
+    for order in [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+        assert!(merged(order).to_bytes() == first.to_bytes(), "{order:?}");
+    }
+    assert_eq!((first.lessons, first.samples, first.frames.len()), (6, 144, 3));
+    let n =
+        |cache: &Cache| cache.image.as_ref().unwrap().moments().iter().map(|m| f64::from(m.n)).sum::<f64>();
+    assert!((n(&first) / caches.iter().map(n).sum::<f64>() - 1.0).abs() < 1e-6);
+    let samples = |cache: &Cache| cache.field.as_ref().unwrap().statistics().n_samples;
+    assert_eq!(samples(&first), caches.iter().map(samples).sum::<u64>());
+    assert!(Cache::from_bytes(&first.to_bytes()).unwrap() == first, "what was merged can be read");
+}
+
+#[test]
+fn caches_of_other_light_are_not_merged() {
+    let caches = |changed: Section| {
+        let mut caches = machines();
+        caches[2].fingerprint =
+            Fingerprint::new(|s| if s == changed { [99; 16] } else { CACHE.fingerprint.of(s) });
+        caches[2].camera[3] += 1.0;
+        caches
+    };
+    for section in [Section::Lights, Section::Materials, Section::Integrator] {
+        let error = Cache::merged(caches(section)).unwrap_err();
+        assert_eq!(error, MergeError::Differ { pair: [0, 2], section });
+        assert!(error.to_string().contains(section.name()));
+    }
+    for section in [Section::Geometry, Section::Media, Section::Camera] {
+        let merged = Cache::merged(caches(section)).unwrap();
+        let others = caches(section).into_iter().filter(|cache| cache.camera != merged.cache.camera);
+        assert_eq!(merged.images_left_out, others.count(), "image guides of two cameras cannot be added");
+    }
+    assert_eq!(Cache::merged(Vec::new()), Err(MergeError::Nothing));
+}
+
+#[test]
+fn caches_shrink_to_what_is_allowed() {
+    let full = BYTES.len();
+    for most in [full, full - 1, full / 3, 6000] {
+        let mut cache = CACHE.clone();
+        assert!(cache.shrink_to(most), "{most} of {full}");
+        let bytes = cache.to_bytes();
+        assert!(bytes.len() <= most && Cache::from_bytes(&bytes).unwrap() == cache);
+        assert_eq!(cache.image.is_some(), most == full);
+    }
+    assert!(!CACHE.clone().shrink_to(10));
 }
 
 proptest! {

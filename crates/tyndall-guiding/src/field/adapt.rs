@@ -130,6 +130,16 @@ fn tangential_moments(misfit: &Misfit, k: usize, frame: &Frame) -> (f32, f32, f3
 
 /// Merges pairs of lobes, the most alike first, as long as one lobe can stand for both.
 pub(super) fn merge_similar(region: &mut Region) {
+    merge_pairs(region, |cost, _| cost < MERGE_BELOW);
+}
+
+/// Merges pairs of lobes, the most alike first, until there are no more than `most`.
+pub(super) fn merge_down_to(region: &mut Region, most: usize) {
+    merge_pairs(region, |_, n| n > most);
+}
+
+/// Merges the pair that costs least as long as `goes_on` says so of that cost and the number of lobes.
+fn merge_pairs(region: &mut Region, goes_on: impl Fn(f64, usize) -> bool) {
     let mut lobes: Vec<_> = region.mixture.lobes().collect();
     let before = lobes.len();
     let row = |lobes: &[(f32, VmfLobe)], of: usize| -> Vec<f64> {
@@ -137,7 +147,9 @@ pub(super) fn merge_similar(region: &mut Region) {
     };
     // What merging costs, for each lobe with those before it.
     let mut costs: Vec<Vec<f64>> = (0..before).map(|of| row(&lobes, of)).collect();
-    while let Some((to, from)) = most_alike(&costs) {
+    while let Some((cost, to, from)) = most_alike(&costs)
+        && goes_on(cost, lobes.len())
+    {
         let last = lobes.len() - 1;
         lobes[to] = merged(lobes[to], lobes[from]);
         lobes.swap_remove(from);
@@ -156,12 +168,11 @@ pub(super) fn merge_similar(region: &mut Region) {
     }
 }
 
-/// The pair that costs least to merge, if that is little; the lower number first.
-fn most_alike(costs: &[Vec<f64>]) -> Option<(usize, usize)> {
+/// What merging costs least, and of which pair; the lower number first.
+fn most_alike(costs: &[Vec<f64>]) -> Option<(f64, usize, usize)> {
     let pairs = costs
         .iter()
         .enumerate()
         .flat_map(|(from, row)| row.iter().enumerate().map(move |(to, c)| (*c, to, from)));
-    let (cost, to, from) = pairs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-    (cost < MERGE_BELOW).then_some((to, from))
+    pairs.min_by(|a, b| a.0.total_cmp(&b.0))
 }

@@ -54,6 +54,15 @@ impl Region {
         (self.pivot, self.spread, self.depth) = (cloud.mean, cloud.deviation, depth);
     }
 
+    /// Light from everywhere is at no distance.
+    pub(super) fn set_background_distance(&mut self) {
+        for (k, (_, lobe)) in self.mixture.lobes().enumerate() {
+            if lobe.kappa() == 0.0 {
+                self.inverse_distance[k] = 0.0;
+            }
+        }
+    }
+
     /// What arrives at `position`, which should be in or near the region. On the stack; does not allocate.
     #[inline]
     pub fn incident(&self, position: Vec3A) -> Incident<'_> {

@@ -62,12 +62,7 @@ fn fit_lobes(region: &mut Region, observations: &[Observation], n: usize, settin
     region.statistics.merge(&latest);
     merge_similar(region);
     region.inverse_distance = region.statistics.inverse_distances();
-    for (k, (_, lobe)) in region.mixture.lobes().enumerate() {
-        // Light from everywhere is at no distance.
-        if lobe.kappa() == 0.0 {
-            region.inverse_distance[k] = 0.0;
-        }
-    }
+    region.set_background_distance();
 }
 
 /// The odds learn from dark samples as well.

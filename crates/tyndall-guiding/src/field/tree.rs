@@ -24,11 +24,11 @@ pub struct Node {
 }
 
 impl Node {
-    fn leaf(region: usize) -> Self {
+    pub(super) fn leaf(region: usize) -> Self {
         Self { plane: 0.0, link: LEAF << AXIS_SHIFT | region as u32 }
     }
 
-    fn inner(axis: usize, plane: f32, children: usize) -> Self {
+    pub(super) fn inner(axis: usize, plane: f32, children: usize) -> Self {
         Self { plane, link: (axis as u32) << AXIS_SHIFT | children as u32 }
     }
 

@@ -12,6 +12,7 @@
 //! changes there; the light scattered in front of it does not, and is the better for every neighbour.
 
 use crate::Moments;
+use rayon::prelude::*;
 
 /// The B3 spline's taps at distance 0, 1, 2, relative to the centre.
 const TAPS: [f32; 3] = [1.0, 4.0 / 6.0, 1.0 / 6.0];
@@ -27,22 +28,8 @@ pub(super) fn filter(moments: &[Moments], width: usize) -> Vec<Moments> {
     let mut target = source.clone();
     for level in 0..N_LEVELS {
         let step = 1usize << level;
-        spread(
-            &source,
-            &depth,
-            Line { n: width, stride: 1 },
-            Line { n: height, stride: width },
-            step,
-            &mut target,
-        );
-        spread(
-            &target,
-            &depth,
-            Line { n: height, stride: width },
-            Line { n: width, stride: 1 },
-            step,
-            &mut source,
-        );
+        spread(&source, &depth, width, Line { n: width, stride: 1, is_row: true }, step, &mut target);
+        spread(&target, &depth, width, Line { n: height, stride: width, is_row: false }, step, &mut source);
     }
     source
 }
@@ -52,13 +39,15 @@ pub(super) fn filter(moments: &[Moments], width: usize) -> Vec<Moments> {
 struct Line {
     n: usize,
     stride: usize,
+    is_row: bool,
 }
 
-/// One level along `line`, for each of the lines `across`.
-fn spread(source: &[Moments], depth: &[f32], line: Line, across: Line, step: usize, target: &mut [Moments]) {
-    for j in 0..across.n {
-        for i in 0..line.n {
-            let center = j * across.stride + i * line.stride;
+/// One level along all lines like `line`, row by row of the image.
+fn spread(source: &[Moments], depth: &[f32], width: usize, line: Line, step: usize, target: &mut [Moments]) {
+    target.par_chunks_mut(width.max(1)).enumerate().for_each(|(row, target)| {
+        for (column, target) in target.iter_mut().enumerate() {
+            let center = row * width + column;
+            let i = if line.is_row { column } else { row };
             let mut sum = source[center];
             for d in [1, 2] {
                 let reach = d * step;
@@ -71,9 +60,9 @@ fn spread(source: &[Moments], depth: &[f32], line: Line, across: Line, step: usi
                     }
                 }
             }
-            target[center] = sum;
+            *target = sum;
         }
-    }
+    });
 }
 
 /// Relative difference of depth is what counts: the scale of a scene does not matter. Negative where no surface is

@@ -5,9 +5,10 @@
 
 use super::a_trous;
 use crate::{ClassCosts, GuidingError, Moments, SegmentGuide, Strategy};
+use rayon::prelude::*;
 
 /// The guide of an image or of a crop of it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct ImageGuide {
     pub(super) origin: [i32; 2],
     pub(super) width: usize,
@@ -15,7 +16,15 @@ pub struct ImageGuide {
     pub(super) strategy: Strategy,
     pub(super) moments: Vec<Moments>,
     pub(super) costs: ClassCosts,
+    /// Empty until odds are made of sums that were read.
     lookup: Vec<SegmentGuide>,
+}
+
+/// Equal sums make equal odds.
+impl PartialEq for ImageGuide {
+    fn eq(&self, other: &Self) -> bool {
+        self.is_like(other) && self.costs == other.costs && self.moments == other.moments
+    }
 }
 
 impl ImageGuide {
@@ -33,7 +42,7 @@ impl ImageGuide {
         }
     }
 
-    /// The guide that these sums make; `moments` has one entry a pixel.
+    /// The guide of these sums, without odds until [`Self::make_odds`]; `moments` has one entry a pixel.
     pub(super) fn from_sums(
         origin: [i32; 2],
         [width, height]: [usize; 2],
@@ -41,9 +50,7 @@ impl ImageGuide {
         moments: Vec<Moments>,
         costs: ClassCosts,
     ) -> Self {
-        let mut guide = Self { origin, width, height, strategy, moments, costs, lookup: Vec::new() };
-        guide.make_odds();
-        guide
+        Self { origin, width, height, strategy, moments, costs, lookup: Vec::new() }
     }
 
     /// Whether `other` guides the same pixels in the same way.
@@ -79,7 +86,9 @@ impl ImageGuide {
             usize::try_from(i64::from(x) - i64::from(self.origin[0])).ok().filter(|&c| c < self.width);
         let row = usize::try_from(i64::from(y) - i64::from(self.origin[1])).ok().filter(|&r| r < self.height);
         match (column, row) {
-            (Some(column), Some(row)) => self.lookup[row * self.width + column],
+            (Some(column), Some(row)) => {
+                self.lookup.get(row * self.width + column).copied().unwrap_or_default()
+            }
             _ => SegmentGuide::default(),
         }
     }
@@ -98,18 +107,23 @@ impl ImageGuide {
         Ok(())
     }
 
-    /// Makes the odds from the filtered sums.
-    fn make_odds(&mut self) {
+    /// Makes the odds from the filtered sums, on the threads of the current rayon pool.
+    pub fn make_odds(&mut self) {
         let filtered = a_trous::filter(&self.moments, self.width);
         let guide_of = |m: &Moments| SegmentGuide::from_moments(m, self.strategy, &self.costs);
-        self.lookup = filtered.iter().map(guide_of).collect();
+        self.lookup = filtered.par_iter().map(guide_of).collect();
     }
 
-    /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame). The odds
-    /// are made anew: they are doubted more.
+    /// Weakens the sums to `factor` of their samples, for a scene that changed a little (an edit, the next frame). Odds
+    /// must be made anew: they are doubted more.
     pub fn decay(&mut self, factor: f32) {
         self.moments.iter_mut().for_each(|m| m.decay(factor));
-        self.make_odds();
+    }
+
+    /// Adds the sums of a guide that [is like](Self::is_like) this one. Odds must be made anew.
+    pub fn merge(&mut self, other: &Self) {
+        self.moments.iter_mut().zip(&other.moments).for_each(|(sum, new)| sum.merge(new));
+        self.costs.merge(&other.costs);
     }
 }
 

@@ -1,20 +1,23 @@
 //! All of a film as bytes, for checkpoints and for parts made elsewhere.
 //!
 //! Little-endian, in this order: [`MAGIC`], version, length of the header, header (JSON: [`Header`]), the closed blocks
-//! of every tile, and the BLAKE3 digest of everything before it. What a cancelled pass left is not kept: it is rendered
+//! of every tile, the noise of every pixel if sampling is adaptive, and the BLAKE3 digest of everything before it. What a cancelled pass left is not kept: it is rendered
 //! again.
 
 use super::Film;
 use super::block::Block;
+use super::noise::{NoiseMap, PixelNoise};
 use crate::aov::PixelStatistics;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 const MAGIC: [u8; 8] = *b"TYNDFILM";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 const DIGEST: usize = blake3::OUT_LEN;
 /// Bytes of one pixel's statistics: a count, three sums, three sums of squares.
 const STATISTICS: usize = 4 + 6 * 8;
+/// Bytes of one pixel's noise: samples wanted and measured, three sums, a variance.
+const NOISE: usize = 8 + 4 * 8;
 
 /// What the blocks belong to.
 #[derive(Serialize, Deserialize)]
@@ -23,6 +26,7 @@ struct Header {
     height: u32,
     first_sample: u32,
     aovs: Vec<String>,
+    is_adaptive: bool,
     /// What the caller wants to find again.
     description: String,
 }
@@ -55,6 +59,7 @@ impl Film {
             height: self.height,
             first_sample: self.first_sample,
             aovs: self.aovs.iter().map(|a| a.name.to_owned()).collect(),
+            is_adaptive: self.noise.is_some(),
             description: description.to_owned(),
         };
         let header = serde_json::to_vec(&header)?;
@@ -68,6 +73,9 @@ impl Film {
             for block in &tile.blocks {
                 out.write_all(&block_bytes(block))?;
             }
+        }
+        for pixel in self.noise.iter().flat_map(|noise| &noise.pixels) {
+            out.write_all(&noise_bytes(pixel))?;
         }
         let digest = out.hasher.finalize();
         out.out.write_all(digest.as_bytes())
@@ -117,6 +125,12 @@ fn read_film(header: &Header, mut input: Input) -> Result<Film, StateError> {
             tile.blocks.push(block);
         }
     }
+    if header.is_adaptive {
+        film = film.adaptive();
+        for pixel in film.noise.iter_mut().flat_map(|noise: &mut NoiseMap| &mut noise.pixels) {
+            *pixel = input.noise()?;
+        }
+    }
     if input.bytes.is_empty() { Ok(film) } else { Err(StateError::Damaged) }
 }
 
@@ -130,6 +144,14 @@ fn block_bytes(block: &Block) -> Vec<u8> {
         pixel.sum.iter().chain(&pixel.sum_of_squares).for_each(|sum| bytes.extend(sum.to_le_bytes()));
     }
     block.sums.iter().for_each(|sum| bytes.extend(sum.to_le_bytes()));
+    bytes
+}
+
+fn noise_bytes(pixel: &PixelNoise) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(NOISE);
+    bytes.extend(pixel.wanted.to_le_bytes());
+    bytes.extend(pixel.count.to_le_bytes());
+    pixel.sums.iter().chain([&pixel.variance]).for_each(|number| bytes.extend(number.to_le_bytes()));
     bytes
 }
 
@@ -172,6 +194,11 @@ impl<'a> Input<'a> {
             *number = f64::from_le_bytes(self.array()?);
         }
         Ok(numbers)
+    }
+
+    fn noise(&mut self) -> Result<PixelNoise, StateError> {
+        let (wanted, count) = (self.u32()?, self.u32()?);
+        Ok(PixelNoise { wanted, count, sums: self.f64s()?, variance: f64::from_le_bytes(self.array()?) })
     }
 
     fn block(&mut self, pixels: usize, stride: usize) -> Result<Block, StateError> {

@@ -13,7 +13,7 @@ pub(crate) struct Tile {
     height: u32,
     first_sample: u32,
     pub(super) layout: SumLayout,
-    /// Consecutive; all pixels have all of their samples.
+    /// Consecutive; all pixels have all of their samples, unless they are clean.
     pub(super) blocks: Vec<Block>,
     /// The block being rendered: pixels have some of its samples.
     open: Option<Block>,
@@ -92,6 +92,11 @@ impl Tile {
         let mut total = PixelStatistics::default();
         self.all_blocks().for_each(|block| total.merge(&block.statistics[index]));
         total
+    }
+
+    /// Sums of the radiance of the pixel in this column and row of the image.
+    pub(super) fn radiance_sums(&self, x: u32, y: u32) -> [f64; 3] {
+        self.statistics(((y - self.y0) * self.width + (x - self.x0)) as usize).sum
     }
 
     /// Samples the pixel has.

@@ -12,17 +12,19 @@ impl Session {
         reuse
     }
 
-    /// What is known after the last render, which was of `frame` of a scene with the fingerprint `now`; `None` if it was
-    /// not guided, or is not over.
+    /// What is known after the last render, which was of `frame` of a scene with the fingerprint `now`; `None` if nothing was
+    /// learned in it, or it is not over.
     pub fn learned(&self, now: &Fingerprint, frame: f64) -> Option<Cache> {
         let guide = self.guide.lock().unwrap_or_else(PoisonError::into_inner);
         let guide = guide.as_ref().filter(|guide| guide.statistics().is_some())?;
+        let samples = self.film().min_samples();
+        let taught = guide.taught(samples)?;
         let mut cache = self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone();
         guide.remember(&mut cache);
         cache.fingerprint = *now;
         cache.origin = self.world.origin().into();
         cache.camera = self.camera_matrix();
-        let samples = self.film().min_samples();
+        cache.samples = cache.samples.saturating_add(taught);
         cache.frames.extend((samples > 0).then_some(FrameRecord { frame, samples }));
         Some(cache)
     }
