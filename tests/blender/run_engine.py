@@ -24,6 +24,7 @@ import blender_addon  # noqa: E402
 from blender_addon import messages  # noqa: E402
 from blender_addon.final import changed_geometry  # noqa: E402
 from blender_addon.sync.scene import SceneSync  # noqa: E402
+from blender_addon.viewport import Job, viewport_settings  # noqa: E402
 
 
 def still_life(folder: Path, samples: int = 4) -> Any:
@@ -159,11 +160,6 @@ def edits(folder: Path) -> dict[str, Any]:
     follow("volume")
     cube.data.vertices[7].co.x += 0.5
     cube.data.update_tag()
-    print(
-        "DBG",
-        [(u.id.name, u.is_updated_geometry) for u in bpy.context.evaluated_depsgraph_get().updates],
-        [tuple(v.co) for v in cube.evaluated_get(bpy.context.evaluated_depsgraph_get()).data.vertices][:1],
-    )
     follow("geometry")
     bpy.data.objects.remove(scene.objects["Plane"])
     follow("removal")
@@ -178,6 +174,30 @@ def edits(folder: Path) -> dict[str, Any]:
         images.append(np.array(tyndall.Session(either.delegate.commit(), settings).render().aov("rgba")))
     is_same = bool((images[0] == images[1]).all())
     return {"counts": counts, "is_same": is_same, "mean": float(images[0].mean())}
+
+
+def viewport(folder: Path) -> dict[str, Any]:
+    """The render of a viewport, without its drawing: pictures come, edits end it at once."""
+    scene = still_life(folder)
+    sync = SceneSync()
+    depsgraph = bpy.context.evaluated_depsgraph_get()
+    sync.sync(depsgraph, is_transparent=False)
+    above = np.eye(4)
+    above[2, 3] = 6.0
+    sync.sync_camera(tyndall.prims.Camera(world_from_camera=above), Messages())
+    scene.tyndall.viewport_samples = 1_000_000
+    settings = viewport_settings(scene, (320, 240), 2)
+    job = Job(sync.delegate.commit(), settings)
+    deadline, shapes = time.monotonic() + 60.0, []
+    while len(shapes) < 3 and time.monotonic() < deadline:
+        image = job.take_image()
+        if image is not None:
+            shapes.append([*image.shape, bool(np.isfinite(image).all()), float(image[..., :3].mean())])
+        time.sleep(0.01)
+    start = time.monotonic()
+    job.stop()
+    seconds = time.monotonic() - start
+    return {"images": shapes, "stop": seconds, "error": job.error, "resolution": settings["resolution"]}
 
 
 def speed(folder: Path) -> dict[str, Any]:
@@ -219,7 +239,7 @@ def again(folder: Path) -> dict[str, Any]:
 
 
 _ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)
-CASES = {f.__name__: f for f in (*_ALL, time_limit, edits, speed, again)}
+CASES = {f.__name__: f for f in (*_ALL, time_limit, edits, viewport, speed, again)}
 
 code = 0
 try:

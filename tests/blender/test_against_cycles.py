@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from blender_host import needs_bpy
 from support import exr
+from support.blender_host import needs_bpy
 from support.statistics import estimate
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 pytestmark = needs_bpy
 
 SEEDS = 4
-SAMPLES = 256
+SAMPLES = 64
 #: Largest relative difference of means that counts as agreement, beyond noise.
 AGREEMENT = 0.01
 _EXACT = (
