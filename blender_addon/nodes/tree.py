@@ -76,7 +76,9 @@ class Translation:
         converter = self.converters.get(node.bl_idname)
         seen = SourceNode(self, node, source, groups)
         if converter is None or self._depth > _MAX_DEPTH:
-            seen.warn("is not supported", "its first input, or its own value, takes its place")
+            is_shader = source.type == "SHADER"
+            stand_in = "there is no medium" if is_shader and self.is_volume else "middle grey was used"
+            seen.warn("is not supported", stand_in)
             return self._fallback(seen)
         self._depth += 1
         value = converter.convert(seen)

@@ -286,6 +286,55 @@ def ball(node: str = "ShaderNodeBsdfPrincipled", **inputs: Any) -> Any:
     return shader
 
 
+def hdri() -> None:
+    """A sky with a bright side, turned; the camera sees sky and a ball."""
+    width, height = 32, 16
+    image = bpy.data.images.new("Sky", width, height, float_buffer=True)
+    pixels = [0.2, 0.2, 0.2, 1.0] * (width * height)
+    for row in range(height):
+        for column in range(width):
+            first = 4 * (row * width + column)
+            pixels[first] = 0.2 + 3.0 * (4 <= column < 12)
+            pixels[first + 1] = 0.2 + 2.0 * (10 <= row < 14)
+            pixels[first + 2] = 0.1 + 1.0 * (20 <= column < 28)
+    image.pixels.foreach_set(pixels)
+    image.update()
+    image.pack()
+    ball("ShaderNodeBsdfDiffuse", Color=(0.6, 0.6, 0.6, 1))
+    world = bpy.context.scene.world
+    # Cycles' own table of the sky, as small as the image: it takes long to make.
+    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 64
+    tree = world.node_tree
+    texture, mapping = tree.nodes.new("ShaderNodeTexEnvironment"), tree.nodes.new("ShaderNodeMapping")
+    where = tree.nodes.new("ShaderNodeTexCoord")
+    texture.image, texture.interpolation = image, "Linear"
+    mapping.inputs["Rotation"].default_value = (0.2, 0.1, 0.7)
+    tree.links.new(where.outputs["Generated"], mapping.inputs["Vector"])
+    tree.links.new(mapping.outputs[0], texture.inputs[0])
+    tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs["Color"])
+
+
+def _squares() -> None:
+    for x, y, color in ((1, 1, (1, 0, 0, 1)), (-1, 1, (0, 1, 0, 1)), (-1, -1, (0, 0, 1, 1))):
+        thing = plane(1.5, location=(x, y, 0.3 * x))
+        material(thing, "ShaderNodeEmission", Color=color)
+
+
+def shifted_camera() -> None:
+    """Shift, a vertical sensor and a lens out of focus, above coloured squares."""
+    bpy.context.scene.render.resolution_y = 12
+    _squares()
+    eye = camera((0.3, 0, 5), shift_x=0.1, shift_y=-0.2, sensor_fit="VERTICAL", lens=30)
+    eye.data.dof.use_dof, eye.data.dof.focus_distance, eye.data.dof.aperture_fstop = True, 3.0, 0.1
+
+
+def parallel_camera() -> None:
+    """An orthographic camera with shift, in a tall image."""
+    bpy.context.scene.render.resolution_x = 12
+    _squares()
+    camera((0.2, 0, 5), type="ORTHO", ortho_scale=5.0, shift_x=-0.1, shift_y=0.15)
+
+
 SHOTS: dict[str, Callable[[], Any]] = {
     "point": point_light,
     "sphere": sphere_light,
@@ -295,6 +344,9 @@ SHOTS: dict[str, Callable[[], Any]] = {
     "spread": spread_light,
     "sun": sun,
     "mesh light": mesh_light,
+    "hdri": hdri,
+    "shifted camera": shifted_camera,
+    "parallel camera": parallel_camera,
     "cube": tracked_cube,
     "absorption colour": absorption_colour,
     "black body": black_body,

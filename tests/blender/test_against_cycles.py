@@ -28,6 +28,7 @@ SAMPLES = 64
 AGREEMENT = 0.01
 _EXACT = (
     *("point", "sphere", "spot", "area", "ellipse", "spread", "sun", "mesh light"),
+    *("hdri", "shifted camera", "parallel camera"),
     *("cube", "absorption colour", "black body", "scatter and absorption", "coefficients", "overlap"),
     *("world fog", "plastic", "matte", "metal", "glossy", "glass", "half there", "glowing"),
 )
