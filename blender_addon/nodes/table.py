@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from . import media, pattern, surface
+from . import media, pattern, surface, texture
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -42,11 +42,11 @@ _KINDS = (
     pattern.Blackbody,
     pattern.Gamma,
     pattern.Invert,
-    pattern.ImageTexture,
-    pattern.UvMap,
-    pattern.TextureCoordinate,
-    pattern.Mapping,
-    pattern.NormalMap,
+    texture.ImageTexture,
+    texture.UvMap,
+    texture.TextureCoordinate,
+    texture.Mapping,
+    texture.NormalMap,
 )
 
 CONVERTERS: Mapping[str, Converter] = {kind.idname: kind() for kind in _KINDS}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from tyndall.prims import Mesh, Primvar, Subset
 
-from ..nodes.pattern import ACTIVE_UV
+from ..nodes.texture import ACTIVE_UV
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
