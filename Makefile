@@ -13,7 +13,7 @@ ARGS ?=
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup build demo test bench docs format clean
-.PHONY: lint lint-rust lint-python test-rust test-python
+.PHONY: lint lint-rust lint-python test-rust test-python blender-extension
 
 help: ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
@@ -50,6 +50,9 @@ bench: build $(STAMPS)/bench ## speed and error against time beside Cycles and M
 	scripts/setup_bench
 	PYTHONPATH=tests $(BIN)/python tests/bench/run.py --threads $(THREADS) $(ARGS)
 
+blender-extension: build $(STAMPS)/blender ## the Blender add-on with its wheel as out/tyndall-*.zip, validated by Blender's tool
+	scripts/build_extension $(BIN)/python out
+
 docs: ## API documentation in target/doc
 	cargo doc --workspace --no-deps
 
@@ -65,7 +68,7 @@ $(STAMPS)/build: scripts/setup scripts/requirements/build.txt
 	scripts/setup $(VENV) scripts/requirements/build.txt
 	@mkdir -p $(STAMPS) && touch $@
 
-$(STAMPS)/test $(STAMPS)/bench: $(STAMPS)/%: scripts/requirements/%.txt $(STAMPS)/build
+$(STAMPS)/test $(STAMPS)/bench $(STAMPS)/blender: $(STAMPS)/%: scripts/requirements/%.txt $(STAMPS)/build
 	$(BIN)/python -m pip install --quiet --requirement $<
 	@touch $@
 

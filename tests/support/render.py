@@ -72,7 +72,7 @@ class Shot:
 
 def sync_stage(path: Path, delegate: Any) -> dict[str, Any]:
     """Read a stage into `delegate`; return camera and resolution of its render settings."""
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
     from tyndall_usd.read.camera import conform_aperture, read_camera
 
     stage = tyndall_usd.open_stage(path)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from pxr import Gf, Usd, UsdGeom
-from tyndall_usd.messages import Messages
+from tyndall.messages import Messages
 from tyndall_usd.read.camera import conform_aperture, read_camera
 
 

@@ -11,12 +11,12 @@ from PIL import Image
 from pxr import Usd
 from support.render import Shot as RenderedShot
 from support.stages import StageBuilder
+from tyndall.messages import Messages
 from tyndall_usd.cli import main
 from tyndall_usd.cli.inspect.cells import Cells
 from tyndall_usd.cli.inspect.sphere import Basis, see_all_around
 from tyndall_usd.cli.inspect.view import points_at
 from tyndall_usd.cli.shot import Shot
-from tyndall_usd.messages import Messages
 from tyndall_usd.read.camera import conform_aperture, read_camera
 from tyndall_usd.read.settings import StageSettings
 

@@ -10,7 +10,7 @@ import pytest
 import tyndall_usd
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdRender
 from support.shared import shared
-from tyndall_usd.messages import Messages
+from tyndall.messages import Messages
 from tyndall_usd.read.settings import StageSettings, find_settings, read_settings
 from tyndall_usd.schema import generate, table
 

@@ -8,8 +8,8 @@ import tyndall_usd
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
 from support.shared import shared, shared_root
 from tyndall.delegate import DirtyBits
+from tyndall.messages import Messages
 from tyndall.prims import Mesh, Shape
-from tyndall_usd.messages import Messages
 from usd.collector import Collector, translate
 
 _FOLDERS = (

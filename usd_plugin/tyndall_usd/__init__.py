@@ -15,7 +15,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
+
     from tyndall_usd.scene_index import SceneIndex
     from tyndall_usd.stage import first_time, open_stage
 

@@ -12,8 +12,7 @@ from pxr import Ar, Sdf
 
 if TYPE_CHECKING:
     from pxr import Usd
-
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 
 class Assets:

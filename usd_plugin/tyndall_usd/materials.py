@@ -8,10 +8,10 @@ from tyndall_usd.read.material import display_color_material, primvar_names, rea
 
 if TYPE_CHECKING:
     from pxr import Usd, UsdShade
+    from tyndall.messages import Messages
     from tyndall.prims import Material
 
     from tyndall_usd.assets import Assets
-    from tyndall_usd.messages import Messages
 
 #: Paths of the looks that no prim of the stage describes.
 DISPLAY_COLOR = "/__tyndall/displayColor"

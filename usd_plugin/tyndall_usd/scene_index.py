@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 from pxr import UsdGeom, UsdShade
-from tyndall.delegate import DirtyBits
+from tyndall.index import PrimIndex
+from tyndall.messages import Messages
 from tyndall.prims import Camera, Instancer, Light, Prim
 
 from tyndall_usd.assets import Assets
-from tyndall_usd.dirty import dirty_bits
 from tyndall_usd.materials import MaterialLibrary
-from tyndall_usd.messages import Messages
 from tyndall_usd.read.camera import read_camera
 from tyndall_usd.read.light import read_light
 from tyndall_usd.read.mesh import face_count, material_subsets, read_mesh, read_subset
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from pxr import Usd
-    from tyndall.delegate import Severity
+    from tyndall.index import Delegate
     from tyndall.prims import LightKind, Matrix, Subset
 
     from tyndall_usd.read.context import ReadContext
@@ -41,19 +40,6 @@ DEFAULT_PURPOSES = ("default", "render")
 _TEXTURE_COORDINATES = "st"
 #: A light inside a prototype is synced once an instance; more than these are not.
 _MAX_LIGHT_INSTANCES = 100_000
-
-
-class Delegate(Protocol):
-    """The part of `tyndall.RenderDelegate` that translation needs."""
-
-    def sync(self, path: str, prim: Prim, dirty_bits: DirtyBits = DirtyBits.ALL) -> None:
-        """Set the prim at `path`."""
-
-    def remove(self, path: str) -> bool:
-        """Remove the prim at `path`."""
-
-    def report(self, severity: Severity, path: str, what: str, action: str = "") -> None:
-        """Add a message."""
 
 
 class SceneIndex:
@@ -83,14 +69,14 @@ class SceneIndex:
         self._material_purpose = material_purpose
         self._assets = Assets()
         self._skeletons = SkeletonBaker(stage)
-        self._synced: dict[str, Prim] = {}
+        self._index = PrimIndex(delegate)
         self.messages = Messages()
         self.type_counts: Counter[str]
 
     @property
     def prims(self) -> Mapping[str, Prim]:
         """What is at the delegate, by path."""
-        return self._synced
+        return self._index.prims
 
     def sync(self, time: Usd.TimeCode) -> int:
         """Bring the delegate to `time`; return how many prims changed.
@@ -103,45 +89,26 @@ class SceneIndex:
             self._stage, time, self._purposes, self._material_purpose, self._assets, self.messages
         )
         self.type_counts = prims.traversal.type_counts
-        changed = self._send(prims.prims)
+        changed = self._index.replace_all(prims.prims)
         self.messages.send(self._delegate)
         return changed
 
     def sync_camera(self, path: str, camera: Camera, messages: Messages) -> None:
         """Replace the camera at `path` by `camera`, which was conformed to the image to be made."""
-        self._send_one(path, camera)
-        self._synced[path] = camera
+        self._index.replace(path, camera)
         self.messages.extend(messages)
         messages.send(self._delegate)
 
     def add_headlight(self, kind: LightKind, camera: Camera) -> None:
         """Light a stage that has no lights, from everywhere (dome) or from the camera (distant)."""
-        if any(isinstance(prim, Light) for path, prim in self._synced.items() if path != HEADLIGHT):
+        if any(isinstance(prim, Light) for path, prim in self.prims.items() if path != HEADLIGHT):
             return
         params = {"angle": 0.0} if kind == "distant" else {}
         matrix = camera.world_from_camera if kind == "distant" else np.eye(4)
         # A normalized distant light of intensity pi gives a white card the radiance of its colour.
         intensity = math.pi if kind == "distant" else 1.0
         light = Light(kind=kind, params=params, world_from_light=matrix, intensity=intensity, normalize=True)
-        self._send_one(HEADLIGHT, light)
-        self._synced[HEADLIGHT] = light
-
-    def _send(self, prims: dict[str, Prim]) -> int:
-        changed = 0
-        for path in self._synced.keys() - prims.keys():
-            self._delegate.remove(path)
-            changed += 1
-        for path, prim in prims.items():
-            changed += self._send_one(path, prim)
-        self._synced = prims
-        return changed
-
-    def _send_one(self, path: str, prim: Prim) -> bool:
-        old = self._synced.get(path)
-        bits = DirtyBits.ALL if old is None else dirty_bits(old, prim)
-        if bits:
-            self._delegate.sync(path, prim, bits)
-        return bool(bits)
+        self._index.replace(HEADLIGHT, light)
 
 
 class _Reading:

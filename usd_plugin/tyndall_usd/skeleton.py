@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from pxr import Gf, Sdf, Usd
 
 if TYPE_CHECKING:
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 
 class SkeletonBaker:

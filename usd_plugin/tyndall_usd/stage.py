@@ -12,7 +12,7 @@ from pxr import Ar, Plug, Sdf, Tf, Usd
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
 

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator
 
     from pxr import Sdf
+    from tyndall.messages import Messages
     from tyndall.prims import Matrix
 
     from tyndall_usd.assets import Assets
-    from tyndall_usd.messages import Messages
 
 Family: TypeAlias = Literal["mesh", "shape", "volume", "light"]
 

@@ -208,6 +208,15 @@ pub(crate) fn field(object: Object) -> PyResult<Prim> {
     Ok(Prim::Field(Arc::new(Field { world_from_field: transform(object, "world_from_field")?, source })))
 }
 
+fn cone_profile(name: &str) -> PyResult<ConeProfile> {
+    match name {
+        "angle" => Ok(ConeProfile::Angle),
+        "cosine" => Ok(ConeProfile::Cosine),
+        "honeycomb" => Ok(ConeProfile::Honeycomb),
+        other => Err(unknown("cone profile", other, "angle, cosine, honeycomb")),
+    }
+}
+
 pub(crate) fn light(object: Object) -> PyResult<Prim> {
     let kind: String = get(object, "kind")?;
     let params = object.getattr("params")?;
@@ -244,8 +253,11 @@ pub(crate) fn light(object: Object) -> PyResult<Prim> {
             focus_tint: get(&shaping, "focus_tint")?,
             cone_angle: get(&shaping, "cone_angle")?,
             cone_softness: get(&shaping, "cone_softness")?,
+            cone_profile: cone_profile(&get::<String>(&shaping, "cone_profile")?)?,
         },
         visible: get(object, "visible")?,
+        camera_visible: get(object, "camera_visible")?,
+        opaque: get(object, "opaque")?,
     })))
 }
 

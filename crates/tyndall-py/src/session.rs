@@ -46,6 +46,29 @@ pub(crate) struct Session {
     train_secs: Mutex<f64>,
     checkpoint_failure: Mutex<Option<String>>,
     interrupted: AtomicBool,
+    preview: Preview,
+}
+
+/// The image while it is being made.
+#[derive(Default)]
+struct Preview {
+    is_wanted: AtomicBool,
+    film: Mutex<Option<tyndall_render::Film>>,
+}
+
+impl Preview {
+    /// A pass has ended. Copies are made only if somebody looks.
+    fn show(&self, film: &tyndall_render::Film) {
+        if self.is_wanted.swap(false, Ordering::Relaxed) {
+            self.film.lock().unwrap_or_else(PoisonError::into_inner).replace(film.clone());
+        }
+    }
+
+    fn take(&self) -> Option<tyndall_render::Film> {
+        let film = self.film.lock().unwrap_or_else(PoisonError::into_inner).take();
+        self.is_wanted.store(true, Ordering::Relaxed);
+        film
+    }
 }
 
 #[pymethods]
@@ -90,6 +113,7 @@ impl Session {
             train_secs: Mutex::new(0.0),
             checkpoint_failure: Mutex::default(),
             interrupted: AtomicBool::new(false),
+            preview: Preview::default(),
         })
     }
 
@@ -158,7 +182,14 @@ impl Session {
         self.checkpoint_failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The image so far.
+    /// While a render runs: the image after a pass that ended since the last call; None if there was none. Each call
+    /// asks for the next one, so begin with a call before the render.
+    fn preview(&self) -> Option<Film> {
+        let film = self.preview.take()?;
+        Some(Film::new(film, self.session.settings().pixel_aspect, true))
+    }
+
+    /// The image so far; waits for the end of a render that runs.
     fn film(&self) -> Film {
         Film::new(
             self.session.film(),
@@ -224,6 +255,7 @@ impl Session {
             let worker = scope.spawn(|| {
                 let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
                     self.session.render_watched(control, &mut |film| {
+                        self.preview.show(film);
                         if let Some(checkpoint) = &mut checkpoint {
                             checkpoint.save_when_due(film);
                         }

@@ -189,6 +189,8 @@ fn light(kind: LightKind, intensity: f32) -> Prim {
         specular: 1.0,
         shaping: Shaping::default(),
         visible: true,
+        camera_visible: true,
+        opaque: true,
     }))
 }
 

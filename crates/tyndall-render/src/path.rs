@@ -24,7 +24,7 @@ pub use statistics::PathStatistics;
 
 use crate::aov::SampleRecord;
 use crate::filter::sample_offset;
-use crate::world::{SegmentEnd, World, WorldScratch};
+use crate::world::{SegmentEnd, Unseen, World, WorldScratch};
 use equiangular::Rival;
 use glam::{Vec2, Vec3A};
 use guidance::{Guidance, Guided, Unguided};
@@ -74,6 +74,8 @@ struct Path<'a, G> {
     /// What rounding took from the origin of `ray`, see [`tyndall_math::SplitPoint`].
     low: Vec3A,
     origin: Origin,
+    /// The light that is not opaque and was passed last since the origin.
+    passed_light: Option<usize>,
     throughput: Rgb,
     /// Scattering events so far; at most `max_scatter`.
     scatter_count: u32,
@@ -168,6 +170,7 @@ impl<'a> Integrator<'a> {
                 rival: None,
                 vertex: None,
             },
+            passed_light: None,
             throughput: Rgb::ONE,
             scatter_count: 0,
             max_scatter: self.max_scatter,
@@ -191,11 +194,17 @@ impl<'a> Integrator<'a> {
 }
 
 impl<G: Guidance> Path<'_, G> {
+    /// The lights that the current ray does not meet.
+    #[inline(always)]
+    fn unseen(&self) -> Unseen {
+        Unseen { is_camera_ray: self.scatter_count == 0, passed: self.passed_light }
+    }
+
     /// The path loop. `MEDIA` compiles the media out of scenes that have none.
     fn trace<const MEDIA: bool>(&mut self, scratch: &mut Scratch, statistics: &mut PathStatistics) {
         loop {
             statistics.segments += 1;
-            let end = self.world.trace(&self.ray);
+            let end = self.world.trace(&self.ray, self.unseen());
             let event = self.sample_segment::<MEDIA>(&end, scratch, statistics);
             let goes_on = match (event, end) {
                 (segment::Event::Scatter { t, phase }, _) => {
@@ -204,10 +213,7 @@ impl<G: Guidance> Path<'_, G> {
                 (segment::Event::Pass, SegmentEnd::Surface(hit)) => {
                     self.scatter_at_surface::<MEDIA>(&hit, scratch, statistics)
                 }
-                (segment::Event::Pass, SegmentEnd::Light { index, t }) => {
-                    self.add_light(index, t);
-                    false
-                }
+                (segment::Event::Pass, SegmentEnd::Light { index, t }) => self.add_light(index, t),
                 (segment::Event::Pass, SegmentEnd::Escaped) => {
                     self.add_background();
                     false

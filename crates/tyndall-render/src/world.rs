@@ -27,6 +27,7 @@ pub(crate) use shade::ShadingBuffer;
 
 use crate::camera::CameraModel;
 use bodies::LightBodies;
+pub(crate) use bodies::Unseen;
 use glam::DVec3;
 use media::Media;
 use surfaces::Surfaces;

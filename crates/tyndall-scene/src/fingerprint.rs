@@ -105,6 +105,8 @@ mod tests {
             specular: 1.0,
             shaping: Shaping::default(),
             visible: true,
+            camera_visible: true,
+            opaque: true,
         }
     }
 

@@ -10,7 +10,7 @@ mod volume;
 pub use camera::{Camera, Projection};
 pub use geometry::{Interpolation, Mesh, Primvar, Shape, ShapeKind, Subdivision, SubdivisionScheme, Subset};
 pub use instancer::Instancer;
-pub use light::{DomeTexture, Light, LightKind, Shaping};
+pub use light::{ConeProfile, DomeTexture, Light, LightKind, Shaping};
 pub use material::{Material, NodeInput, ShadingNode};
 pub use volume::{Field, FieldSource, Volume};
 

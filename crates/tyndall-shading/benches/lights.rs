@@ -53,6 +53,8 @@ fn light(kind: &LightKind, world_from_light: DAffine3) -> Light {
         specular: 1.0,
         shaping: Shaping::default(),
         visible: true,
+        camera_visible: true,
+        opaque: true,
     };
     let path = PrimPath::from("/Light");
     Light::from_prim(&path, &prim, DVec3::ZERO, &NoAssets, &mut Diagnostics::default()).expect("it shines")

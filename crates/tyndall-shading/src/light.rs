@@ -4,7 +4,8 @@
 //! `intensity * 2^exposure * color / size`, where `size` is 1 unless `normalize` is set. Positions are relative to the
 //! world origin the light was built with (the camera), so that f32 suffices.
 //!
-//! Lights of finite area are opaque bodies: rays hit them from both sides, and the side that does not emit is black.
+//! Lights of finite area are bodies: rays hit them from both sides, and the side that does not emit is black. They are
+//! opaque unless their prim says otherwise.
 //! A new kind is one file with one `impl Emitter` and one name in the `closed_set!` line below.
 
 mod bounds;
@@ -171,6 +172,8 @@ pub struct Light {
     body: Body,
     diffuse: f32,
     specular: f32,
+    camera_visible: bool,
+    opaque: bool,
 }
 
 impl Light {
@@ -193,7 +196,19 @@ impl Light {
             body,
             diffuse: builder.factor("diffuse", light.diffuse),
             specular: builder.factor("specular", light.specular),
+            camera_visible: light.camera_visible,
+            opaque: light.opaque,
         })
+    }
+
+    /// Whether camera rays see it.
+    pub fn is_camera_visible(&self) -> bool {
+        self.camera_visible
+    }
+
+    /// Whether its body, if it has one, is in the way of other light.
+    pub fn is_opaque(&self) -> bool {
+        self.opaque
     }
 
     /// Factor on what diffuse lobes and media receive.

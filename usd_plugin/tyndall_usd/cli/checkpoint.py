@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import tyndall
+from tyndall.messages import Message
 
 from tyndall_usd.cli.exit_codes import StrictError
 from tyndall_usd.cli.film_state import checkpoint_file, read_film_state
 from tyndall_usd.cli.log import LOG
-from tyndall_usd.messages import Message
 
 if TYPE_CHECKING:
     import argparse

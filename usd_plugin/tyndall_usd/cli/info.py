@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from pxr import UsdGeom
 from tyndall.delegate import DirtyBits
+from tyndall.messages import Message, Messages
 from tyndall.prims import Field, Prim, Volume
 
 from tyndall_usd.cli.exit_codes import ExitCode
 from tyndall_usd.cli.inputs import drawn_purposes, find_cameras, open_input, stage_settings
 from tyndall_usd.cli.log import as_dict
 from tyndall_usd.cli.native_stderr import caught_stderr
-from tyndall_usd.messages import Message, Messages
 from tyndall_usd.scene_index import SceneIndex
 from tyndall_usd.stage import first_time
 

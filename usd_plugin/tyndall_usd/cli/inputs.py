@@ -15,7 +15,7 @@ from tyndall_usd.stage import open_stage
 if TYPE_CHECKING:
     import argparse
 
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 PURPOSES = ("default", "render", "proxy", "guide")
 

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Sequence
 
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
+
     from tyndall_usd.read.settings import Product, View
 
 _SUFFIXES = (".exr", ".png")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import tyndall
 from pxr import Usd
+from tyndall.messages import Message, Messages
 
 from tyndall_usd.cli.checkpoint import Checkpoint
 from tyndall_usd.cli.exit_codes import ExitCode, UsageError
@@ -20,7 +21,6 @@ from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
 from tyndall_usd.cli.stats import Stats, cache_metadata, guide_metadata, tell_cache
 from tyndall_usd.fingerprint import fingerprint
-from tyndall_usd.messages import Message, Messages
 from tyndall_usd.stage import first_time
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import tyndall
+from tyndall.messages import Messages
 
 from tyndall_usd.cli.inputs import choose_camera, drawn_purposes
-from tyndall_usd.messages import Messages
 from tyndall_usd.read.camera import conform_aperture, read_camera
 from tyndall_usd.scene_index import SceneIndex
 

@@ -12,8 +12,7 @@ from tyndall_usd.read.xform import to_matrix, world_matrix
 
 if TYPE_CHECKING:
     from pxr import Usd
-
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 #: Stage units in the unit of apertures and focal lengths.
 APERTURE_UNIT = 0.1

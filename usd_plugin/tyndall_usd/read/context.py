@@ -9,10 +9,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pxr import Usd
+    from tyndall.messages import Messages
     from tyndall.prims import Matrix
 
     from tyndall_usd.assets import Assets
-    from tyndall_usd.messages import Messages
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from tyndall.graph import Graph, compact
+from tyndall.medium import Medium, add_volume_node
 from tyndall.prims import Material, Node, NodeRef
 
-from tyndall_usd.shading.graph import Graph, compact
-from tyndall_usd.shading.medium import add_volume_node
-from tyndall_usd.shading.network import Medium, Network, ShaderNode, shader_id
+from tyndall_usd.shading.network import Network, ShaderNode, shader_id
 from tyndall_usd.shading.table import CONVERTERS, SURFACE_CONTEXTS, VOLUME_CONTEXTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from pxr import Usd, UsdShade
+    from tyndall.messages import Messages
 
     from tyndall_usd.assets import Assets
-    from tyndall_usd.messages import Messages
 
 GREY = (0.18, 0.18, 0.18)
 

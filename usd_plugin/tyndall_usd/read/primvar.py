@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
     from pxr import Usd
+    from tyndall.messages import Messages
 
-    from tyndall_usd.messages import Messages
     from tyndall_usd.read.context import ReadContext
 
 

@@ -11,8 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from pxr import Usd
-
-    from tyndall_usd.messages import Messages
+    from tyndall.messages import Messages
 
 #: Names other renderers give to our AOVs, in lower case.
 AOV_NAMES: dict[str, str] = {

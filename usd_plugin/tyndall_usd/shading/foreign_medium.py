@@ -10,9 +10,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from tyndall_usd.shading.graph import Vector, to_vector
-from tyndall_usd.shading.medium import from_albedo, two_lobes
-from tyndall_usd.shading.network import Medium
+from tyndall.graph import Vector, to_vector
+from tyndall.medium import Medium, from_albedo, two_lobes
 
 if TYPE_CHECKING:
     from tyndall.prims import NodeInput

@@ -6,38 +6,17 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from pxr import Sdf, UsdShade
+from tyndall.graph import Graph, Vector, to_vector
+from tyndall.medium import Medium
 from tyndall.prims import NodeInput, NodeRef
-
-from tyndall_usd.shading.graph import Graph, Vector, to_vector
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
     from pxr import Usd
+    from tyndall.messages import Messages
 
     from tyndall_usd.assets import Assets
-    from tyndall_usd.messages import Messages
-
-
-@dataclass(frozen=True, slots=True)
-class Medium:
-    """A volume distribution on its way to a volume terminal: coefficients per stage unit.
-
-    Parameters
-    ----------
-    scattering_inputs : mapping
-        Inputs of the graph's ``volume`` node that choose the phase function.
-    temperature : NodeInput or None
-        Kelvin, constant or times a field; emits as a black body of `blackbody_intensity`.
-    """
-
-    absorption: NodeInput = (0.0, 0.0, 0.0)
-    scattering: NodeInput = (0.0, 0.0, 0.0)
-    anisotropy: NodeInput = 0.0
-    emission: NodeInput | None = None
-    scattering_inputs: Mapping[str, NodeInput] = field(default_factory=dict)
-    temperature: NodeInput | None = None
-    blackbody_intensity: NodeInput | None = None
 
 
 Converted: TypeAlias = NodeInput | Medium

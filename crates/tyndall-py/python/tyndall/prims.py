@@ -28,6 +28,7 @@ Interpolation: TypeAlias = Literal["constant", "uniform", "varying", "vertex", "
 SubdivisionScheme: TypeAlias = Literal["none", "catmullClark", "loop", "bilinear"]
 ShapeKind: TypeAlias = Literal["sphere", "cube", "cylinder", "cone", "capsule", "plane"]
 LightKind: TypeAlias = Literal["sphere", "rect", "disk", "cylinder", "distant", "dome"]
+ConeProfile: TypeAlias = Literal["angle", "cosine", "honeycomb"]
 Projection: TypeAlias = Literal["perspective", "orthographic"]
 
 INTERPOLATIONS: tuple[Interpolation, ...] = ("constant", "uniform", "varying", "vertex", "faceVarying")
@@ -265,12 +266,17 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Shaping:
-    """Restricts the directions of a light (UsdLuxShapingAPI); the cone's half angle is in degrees."""
+    """Restricts the directions of a light (UsdLuxShapingAPI); the cone's half angle is in degrees.
+
+    Towards its edge, light fades by smoothstep of the angle (UsdLux) or of its cosine (Blender's spots), or
+    linearly in its tangent as behind a honeycomb, where a card keeps its power (Blender's spread).
+    """
 
     focus: float = 0.0
     focus_tint: tuple[float, float, float] = (0.0, 0.0, 0.0)
     cone_angle: float = 90.0
     cone_softness: float = 0.0
+    cone_profile: ConeProfile = "angle"
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -279,7 +285,8 @@ class Light:
 
     `params` by kind: sphere {radius, as_point}; rect {width, height, texture}; disk {radius}; cylinder
     {length, radius, as_line}; distant {angle in degrees}; dome {texture}. `texture` is a file path and absent
-    if there is none.
+    if there is none. Rays go on behind lights that are not `opaque`, having gained their radiance; camera
+    rays pass those that are not `camera_visible`, and those at infinity leave the image black there.
     """
 
     kind: LightKind
@@ -293,6 +300,8 @@ class Light:
     specular: float = 1.0
     shaping: Shaping = field(default_factory=Shaping)
     visible: bool = True
+    camera_visible: bool = True
+    opaque: bool = True
 
     def __post_init__(self) -> None:
         _convert(self, "world_from_light", np.float64, 4, 4)

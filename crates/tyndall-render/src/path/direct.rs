@@ -6,7 +6,7 @@ use super::guided::GuidedVertex;
 use super::vertex::Vertex;
 use super::{Path, PathStatistics, Scratch};
 use glam::Vec2;
-use tyndall_math::Rgb;
+use tyndall_math::{Ray, Rgb, SplitPoint};
 use tyndall_shading::{LightSample, Receiver};
 
 impl<G: Guidance> Path<'_, G> {
@@ -59,15 +59,25 @@ impl<G: Guidance> Path<'_, G> {
         self.world.visibility::<MEDIA>(&shadow_ray, low, index, &mut self.rng, scratch, walks)
     }
 
-    /// Adds the light whose body the ray met.
-    pub(super) fn add_light(&mut self, index: usize, t: f32) {
+    /// Adds the light whose body the ray met; returns whether the path goes on behind it.
+    pub(super) fn add_light(&mut self, index: usize, t: f32) -> bool {
         let light = &self.world.lights().lights[index];
         let radiance = light.radiance(self.ray.origin, self.ray.direction);
-        self.recorder.meet_light(t);
         if radiance != Rgb::ZERO {
             let weight = self.weight_of_emitter(index);
             self.recorder.add(self.throughput * radiance * weight);
         }
+        if light.is_opaque() {
+            self.recorder.meet_light(t);
+            return false;
+        }
+        // As at a transparent surface: no event.
+        self.recorder.pass_light(t);
+        let behind = SplitPoint::on(&self.ray, self.low, f64::from(t));
+        self.ray = Ray { origin: behind.high, direction: self.ray.direction, t_max: self.ray.t_max - t };
+        self.low = behind.low;
+        self.passed_light = Some(index);
+        true
     }
 
     /// Adds the lights at infinity that the ray escapes to.
@@ -76,7 +86,11 @@ impl<G: Guidance> Path<'_, G> {
         self.recorder.escape(self.throughput);
         let lights = self.world.lights();
         for &index in self.world.infinite_lights() {
-            let radiance = lights.lights[index].radiance(self.ray.origin, self.ray.direction);
+            let light = &lights.lights[index];
+            if self.scatter_count == 0 && !light.is_camera_visible() {
+                continue;
+            }
+            let radiance = light.radiance(self.ray.origin, self.ray.direction);
             if radiance != Rgb::ZERO {
                 let weight = self.weight_of_emitter(index);
                 self.recorder.add(self.throughput * radiance * weight);

@@ -19,6 +19,8 @@ pub(super) struct Recorder {
     first: First,
     /// No surface, not even a transparent one, has been passed yet.
     is_first_segment: bool,
+    /// Transmittance up to the last light that was passed before.
+    to_last_light: Rgb,
     near_depth: f32,
     axial_speed: f32,
     /// Distance of the current ray's origin from the near plane along the camera ray.
@@ -31,6 +33,7 @@ impl Recorder {
             record: SampleRecord { alpha: 1.0, ..Default::default() },
             first: First::None,
             is_first_segment: true,
+            to_last_light: Rgb::ONE,
             near_depth: camera_ray.near_depth,
             axial_speed: camera_ray.axial_speed,
             travelled: 0.0,
@@ -65,7 +68,7 @@ impl Recorder {
     #[inline]
     pub(super) fn pass_first_segment(&mut self, weight: Rgb) {
         if self.is_first_segment && self.first == First::None {
-            self.record.transmittance = weight;
+            self.record.transmittance = self.to_last_light * weight;
         }
     }
 
@@ -113,6 +116,15 @@ impl Recorder {
             self.record.albedo = albedo();
             self.record.normal = normal;
             self.record.depth = self.near_depth + self.travelled * self.axial_speed;
+        }
+    }
+
+    /// A light that is not opaque was passed `t` along the current ray.
+    #[inline]
+    pub(super) fn pass_light(&mut self, t: f32) {
+        if self.first == First::None {
+            self.travelled += t;
+            self.to_last_light = self.record.transmittance;
         }
     }
 

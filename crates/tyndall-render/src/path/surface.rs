@@ -125,6 +125,7 @@ impl<G: Guidance> Path<'_, G> {
             rival: self.rival.take(),
             vertex: Some(vertex.class()),
         };
+        self.passed_light = None;
         let origin = vertex.origin_towards(next.direction);
         self.ray = Ray::new(origin.high, next.direction);
         self.low = origin.low;

@@ -1,4 +1,4 @@
-//! Lights with a body: visible, opaque, and in the way of other lights.
+//! Lights with a body: rays hit them, and the opaque ones are in the way of other lights.
 //!
 //! What a ray meets does not depend on how bodies are searched: every body is tested alike, against the whole ray, and
 //! of equally near ones the last in the set counts.
@@ -23,9 +23,27 @@ pub(super) struct LightBodies {
     tree: Option<BoxTree>,
 }
 
+/// Which bodies a ray passes by.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Unseen {
+    /// It comes from the camera: those that are not for camera rays.
+    pub(crate) is_camera_ray: bool,
+    /// It has just passed this light, which is not opaque and so shines but once.
+    pub(crate) passed: Option<usize>,
+}
+
+impl Unseen {
+    #[inline(always)]
+    fn sees(&self, body: &Body) -> bool {
+        (body.is_camera_visible || !self.is_camera_ray) && self.passed != Some(body.light)
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Body {
     light: usize,
+    is_camera_visible: bool,
+    is_opaque: bool,
     min: Vec3A,
     max: Vec3A,
 }
@@ -33,31 +51,40 @@ struct Body {
 impl LightBodies {
     pub(super) fn new(lights: &LightSet) -> Self {
         let bodies: Vec<Body> = (0..lights.lights.len())
-            .filter_map(|light| lights.lights[light].bounds().map(|(min, max)| Body { light, min, max }))
+            .filter_map(|index| {
+                let light = &lights.lights[index];
+                let (is_camera_visible, is_opaque) = (light.is_camera_visible(), light.is_opaque());
+                light.bounds().map(|(min, max)| Body { light: index, is_camera_visible, is_opaque, min, max })
+            })
             .collect();
         let tree = (bodies.len() > LINEAR).then(|| BoxTree::build(bodies.iter().map(|b| (b.min, b.max))));
         Self { bodies, tree }
     }
 
-    /// The nearest body along the ray: its light, and where.
+    /// The nearest body along the ray that is not `unseen`: its light, and where.
     #[inline(always)]
-    pub(super) fn nearest(&self, lights: &LightSet, ray: &Ray) -> Option<(usize, f32)> {
+    pub(super) fn nearest(&self, lights: &LightSet, ray: &Ray, unseen: Unseen) -> Option<(usize, f32)> {
         let mut nearest = None;
         let Some(tree) = &self.tree else {
-            self.bodies.iter().for_each(|body| body.meet(lights, ray, &mut nearest));
+            for body in self.bodies.iter().filter(|body| unseen.sees(body)) {
+                body.meet(lights, ray, &mut nearest);
+            }
             return nearest;
         };
         tree.for_each_met(ray, |index| {
-            self.bodies[index].meet(lights, ray, &mut nearest);
+            if unseen.sees(&self.bodies[index]) {
+                self.bodies[index].meet(lights, ray, &mut nearest);
+            }
             nearest.map_or(ray.t_max, |(_, t)| (t * NEAREST_SLACK).min(ray.t_max))
         });
         nearest
     }
 
-    /// Whether a body other than that of light `except` is in the way.
+    /// Whether an opaque body other than that of light `except` is in the way.
     #[inline(always)]
     pub(super) fn blocks(&self, lights: &LightSet, ray: &Ray, except: usize) -> bool {
-        let is_in_the_way = |body: &Body| body.light != except && body.hit(lights, ray).is_some();
+        let is_in_the_way =
+            |body: &Body| body.is_opaque && body.light != except && body.hit(lights, ray).is_some();
         let Some(tree) = &self.tree else { return self.bodies.iter().any(is_in_the_way) };
         let mut is_blocked = false;
         tree.for_each_met(ray, |index| {
@@ -128,6 +155,8 @@ mod tests {
             specular: 1.0,
             shaping: Shaping::default(),
             visible: true,
+            camera_visible: true,
+            opaque: true,
         };
         let path = PrimPath::from("/Light");
         Light::from_prim(&path, &prim, DVec3::ZERO, &NoAssets, &mut Diagnostics::default())
@@ -182,7 +211,10 @@ mod tests {
             };
             let ray = Ray::new(origin, direction);
             let ray = if i % 4 == 0 { ray.up_to(rng.next_f32()) } else { ray };
-            let (tree, list) = (with_tree.nearest(&set, &ray), one_by_one.nearest(&set, &ray));
+            let (tree, list) = (
+                with_tree.nearest(&set, &ray, Unseen::default()),
+                one_by_one.nearest(&set, &ray, Unseen::default()),
+            );
             let bits = |found: Option<(usize, f32)>| found.map(|(light, t)| (light, t.to_bits()));
             assert_eq!(bits(tree), bits(list), "{ray:?}");
             let except = tree.map_or(0, |(light, _)| light);

@@ -4,6 +4,7 @@
 //! alone. Left to the compiler, the second one made the first 2.5 % dearer.
 
 use super::World;
+use super::bodies::Unseen;
 use super::shade::ShadingBuffer;
 use glam::Vec3A;
 use tyndall_geometry::{Hit, SpanScratch};
@@ -65,12 +66,12 @@ impl SegmentEnd {
 }
 
 impl World {
-    /// The nearest surface or light body along the ray.
+    /// The nearest surface or light body along the ray, but for `unseen` bodies.
     #[inline(always)]
-    pub(crate) fn trace(&self, ray: &Ray) -> SegmentEnd {
+    pub(crate) fn trace(&self, ray: &Ray, unseen: Unseen) -> SegmentEnd {
         let surface = self.surfaces.accel().intersect(ray);
         let within = surface.map_or(*ray, |hit| ray.up_to(hit.t));
-        if let Some((index, t)) = self.bodies.nearest(&self.lights, &within) {
+        if let Some((index, t)) = self.bodies.nearest(&self.lights, &within, unseen) {
             return SegmentEnd::Light { index, t };
         }
         surface.map_or(SegmentEnd::Escaped, |hit| SegmentEnd::Surface(SurfaceHit(hit)))
@@ -108,7 +109,7 @@ impl World {
     }
 
     /// What of the light of light `index`, which is at the ray's end, reaches its origin: surfaces and other lights'
-    /// bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
+    /// opaque bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
     /// `low` is what rounding took from the ray's origin.
     #[inline(always)]
     pub(crate) fn visibility<const MEDIA: bool>(

@@ -56,6 +56,20 @@ pub struct DomeTexture {
     pub path: PathBuf,
 }
 
+/// How light fades towards the edge of a cone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Default)]
+#[serde(rename_all = "camelCase")]
+pub enum ConeProfile {
+    /// By smoothstep of the angle (UsdLux).
+    #[default]
+    Angle,
+    /// By smoothstep of the angle's cosine (Blender's spot).
+    Cosine,
+    /// As behind a honeycomb, linearly in the tangent of the angle; a card sends as much as with an open cone
+    /// (Blender's spread). Softness is not used.
+    Honeycomb,
+}
+
 /// Restricts the directions of a light (UsdLuxShapingAPI).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Shaping {
@@ -67,11 +81,19 @@ pub struct Shaping {
     pub cone_angle: f32,
     /// 0 is a hard edge, 1 fades from the axis.
     pub cone_softness: f32,
+    /// How it fades.
+    pub cone_profile: ConeProfile,
 }
 
 impl Default for Shaping {
     fn default() -> Self {
-        Self { focus: 0.0, focus_tint: [0.0; 3], cone_angle: 90.0, cone_softness: 0.0 }
+        Self {
+            focus: 0.0,
+            focus_tint: [0.0; 3],
+            cone_angle: 90.0,
+            cone_softness: 0.0,
+            cone_profile: ConeProfile::Angle,
+        }
     }
 }
 
@@ -98,4 +120,8 @@ pub struct Light {
     pub shaping: Shaping,
     /// Shown or hidden (a hidden light does not shine).
     pub visible: bool,
+    /// Camera rays see it; without, they go on behind it. What it lights, and its reflections, stay.
+    pub camera_visible: bool,
+    /// Its body is in the way of other light; without, rays gain its radiance and go on behind it.
+    pub opaque: bool,
 }

@@ -1,5 +1,6 @@
 //! Closures: nodes that give scattering and emission.
 
+mod add_closure;
 mod conductor;
 mod dielectric;
 mod diffuse;
@@ -14,6 +15,7 @@ use super::compiled::SurfaceShading;
 use super::compiler::Leaf;
 use super::inputs::Inputs;
 use crate::KindSpec;
+use add_closure::AddClosure;
 use conductor::Conductor;
 use dielectric::Dielectric;
 use diffuse::Diffuse;
@@ -94,7 +96,17 @@ macro_rules! leaf_kinds {
     };
 }
 
-node_kinds!(Diffuse, Dielectric, Conductor, PreviewSurface, Emission, Transparent, Surface, MixClosure);
+node_kinds!(
+    Diffuse,
+    Dielectric,
+    Conductor,
+    PreviewSurface,
+    Emission,
+    Transparent,
+    Surface,
+    MixClosure,
+    AddClosure
+);
 leaf_kinds!(Diffuse, Dielectric, Conductor, PreviewSurface, Emission, Transparent);
 
 /// Whether nodes of this kind give closures.

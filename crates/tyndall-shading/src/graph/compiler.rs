@@ -148,6 +148,12 @@ impl<'a> Compiler<'a> {
         self.limit(scaled)
     }
 
+    /// The leaves of both.
+    pub(super) fn sum(&mut self, mut a: Vec<Leaf>, b: Vec<Leaf>) -> Vec<Leaf> {
+        a.extend(b);
+        self.limit(a)
+    }
+
     fn limit(&mut self, mut leaves: Vec<Leaf>) -> Vec<Leaf> {
         if leaves.len() > MAX_LEAVES {
             self.diags.warn(

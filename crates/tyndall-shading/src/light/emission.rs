@@ -5,7 +5,7 @@
 use super::bounds::Cone;
 use glam::{DVec3, Vec3A};
 use tyndall_math::Rgb;
-use tyndall_scene::prim::Shaping;
+use tyndall_scene::prim::{ConeProfile, Shaping};
 
 /// Radiance of a light in each direction.
 #[derive(Debug, Clone, Copy)]
@@ -25,12 +25,14 @@ struct Shape {
     cutoff: Option<f32>,
     /// theta_smoothStart in radians.
     smooth_start: f32,
+    profile: ConeProfile,
 }
 
 impl Emission {
     /// `axis` is the world direction of the light's -z, of any length.
     pub(super) fn new(radiance: Rgb, shaping: &Shaping, axis: DVec3) -> Self {
-        let is_open = shaping.cone_angle >= 90.0 && shaping.cone_softness <= 0.0;
+        let is_honeycomb = shaping.cone_profile == ConeProfile::Honeycomb;
+        let is_open = shaping.cone_angle >= 90.0 && (shaping.cone_softness <= 0.0 || is_honeycomb);
         let focus = shaping.focus.max(0.0);
         let shape = (!is_open || focus > 0.0).then(|| {
             let cutoff = shaping.cone_angle.clamp(0.0, 180.0).to_radians();
@@ -39,7 +41,8 @@ impl Emission {
                 focus,
                 focus_tint: Vec3A::from_array(shaping.focus_tint).max(Vec3A::ZERO),
                 cutoff: (!is_open).then_some(cutoff),
-                smooth_start: cutoff * (1.0 - shaping.cone_softness.clamp(0.0, 1.0)),
+                smooth_start: smooth_start(shaping, cutoff),
+                profile: shaping.cone_profile,
             }
         });
         Self { radiance, shape }
@@ -102,13 +105,48 @@ impl Shape {
         }
         match self.cutoff {
             Some(cutoff) if angle > cutoff => Rgb::ZERO,
-            Some(cutoff) if angle > self.smooth_start => {
-                let x = ((angle - self.smooth_start) / (cutoff - self.smooth_start)).clamp(0.0, 1.0);
-                factor * (1.0 - x * x * (3.0 - 2.0 * x))
-            }
+            Some(cutoff) if angle > self.smooth_start => factor * self.fade(angle, cutoff),
             _ => factor,
         }
     }
+
+    /// What is left between the start of the fade and the edge.
+    fn fade(&self, angle: f32, cutoff: f32) -> f32 {
+        let start = self.smooth_start;
+        let x = match self.profile {
+            ConeProfile::Angle => (angle - start) / (cutoff - start),
+            // cos a - cos b without the loss of digits near the axis.
+            ConeProfile::Cosine => {
+                let below_start = |a: f32| (0.5 * (a + start)).sin() * (0.5 * (a - start)).sin();
+                below_start(angle) / below_start(cutoff)
+            }
+            ConeProfile::Honeycomb => return honeycomb(angle, cutoff),
+        };
+        let x = x.clamp(0.0, 1.0);
+        1.0 - x * x * (3.0 - 2.0 * x)
+    }
+}
+
+/// Radians from the axis where the fade begins.
+fn smooth_start(shaping: &Shaping, cutoff: f32) -> f32 {
+    let softness = shaping.cone_softness.clamp(0.0, 1.0);
+    match shaping.cone_profile {
+        ConeProfile::Angle => cutoff * (1.0 - softness),
+        // Where 1 - cos is the part 1 - softness of the edge's: half-angle form.
+        ConeProfile::Cosine => 2.0 * ((0.5 * cutoff).sin() * (1.0 - softness).sqrt()).asin(),
+        ConeProfile::Honeycomb => 0.0,
+    }
+}
+
+/// The part that a honeycomb with its edge at `cutoff` lets through at `angle`, over the mean over directions weighted by
+/// their cosine.
+fn honeycomb(angle: f32, cutoff: f32) -> f32 {
+    // Twice the integral of (tan c - tan a) sin a cos a over a in [0, c] is tan c - c.
+    let (edge, at) = (f64::from(cutoff).tan(), f64::from(angle).tan());
+    // The difference vanishes as c^3 / 3.
+    let c = f64::from(cutoff);
+    let mean = if c < 0.01 { c.powi(3) * (1.0 / 3.0 + c * c * (2.0 / 15.0)) } else { edge - c };
+    if mean > 0.0 { ((edge - at).max(0.0) / mean) as f32 } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -128,9 +166,34 @@ mod tests {
         let soft = Shaping { cone_angle: 40.0, cone_softness: 0.5, ..Shaping::default() };
         assert_eq!(at(soft, 19.9), Rgb::ONE);
         assert!((at(soft, 30.0).x - 0.5).abs() < 1e-4);
+        let cosine = Shaping { cone_profile: ConeProfile::Cosine, ..soft };
+        // Half-way between cos 40 and 1 it begins, half-way from there to cos 40 it is half.
+        let degrees_at = |part: f32| (1.0 - part * (1.0 - 40f32.to_radians().cos())).acos().to_degrees();
+        assert_eq!(at(cosine, degrees_at(0.499)), Rgb::ONE);
+        assert!((at(cosine, degrees_at(0.75)).x - 0.5).abs() < 1e-4);
+        assert_eq!(at(cosine, 40.1), Rgb::ZERO);
         let focus = Shaping { focus: 2.0, focus_tint: [1.0, 0.5, 0.0], ..Shaping::default() };
         assert!((at(focus, 60.0) - Rgb::new(1.0, 0.625, 0.25)).length() < 1e-5);
         assert!((at(focus, 120.0) - Rgb::new(1.0, 0.625, 0.25)).length() < 1e-5);
+    }
+
+    #[test]
+    fn honeycombs_keep_the_power_of_a_card() {
+        for cone_angle in [0.2_f32, 5.0, 45.0, 80.0] {
+            let shaping = Shaping { cone_angle, cone_profile: ConeProfile::Honeycomb, ..Shaping::default() };
+            let emission = Emission::new(Rgb::ONE, &shaping, DVec3::NEG_Z);
+            let n = 20_000;
+            let edge = f64::from(cone_angle).to_radians();
+            let power: f64 = (0..n)
+                .map(|i| {
+                    let angle = (f64::from(i) + 0.5) / f64::from(n) * edge;
+                    let (sin, cos) = angle.sin_cos();
+                    let radiance = emission.towards(Vec3A::new(sin as f32, 0.0, -cos as f32)).x;
+                    2.0 * f64::from(radiance) * sin * cos * edge / f64::from(n)
+                })
+                .sum();
+            assert!((power - 1.0).abs() < 2e-3, "{cone_angle}: {power}");
+        }
     }
 
     #[test]

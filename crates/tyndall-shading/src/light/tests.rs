@@ -28,6 +28,8 @@ fn prim(kind: LightKind) -> prim::Light {
         specular: 1.0,
         shaping: Shaping::default(),
         visible: true,
+        camera_visible: true,
+        opaque: true,
     }
 }
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import tyndall
 from pxr import UsdGeom
+from tyndall.messages import Messages
 
 from tyndall_usd.cli.exit_codes import ExitCode, UsageError
 from tyndall_usd.cli.inputs import open_input, stage_settings
@@ -19,7 +20,6 @@ from tyndall_usd.cli.log import LOG, DiagnosticLog
 from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
-from tyndall_usd.messages import Messages
 from tyndall_usd.stage import first_time
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ impl ClosureNode for Surface {
         let passing = inputs.compiler.emit(Operation::one_minus(opacity));
         let mut scaled = inputs.compiler.scale(leaves, opacity);
         if passing != Operand::ZERO {
-            scaled.push(Leaf { weight: passing, ..Transparent.into() });
+            scaled.push(Leaf { weight: passing, ..Transparent::clear().into() });
         }
         scaled
     }

@@ -194,3 +194,20 @@ fn normal_maps_are_tangent_space_normals() {
     let frame = ShadingFrame::flat(Vec3A::Y).with_tangent_space_normal(tilted, Vec3A::X, 1.0);
     assert!((frame.frame.normal - Vec3A::new(0.6, 0.8, 0.0)).length() < 1e-5);
 }
+
+#[test]
+fn closures_add_up_and_tinted_glass_passes_its_colour() {
+    let (material, messages) = surface(vec![
+        node("diffuse", [("color", vector(0.25, 0.5, 0.125))]),
+        node("transparent", [("color", vector(0.5, 0.25, 0.125))]),
+        node("emission", [("color", vector(2.0, 0.0, 0.0))]),
+        node("add_closure", [("a", link(0)), ("b", link(1))]),
+        node("add_closure", [("a", link(3)), ("b", link(2))]),
+    ]);
+    assert!(messages.is_empty(), "{messages:?}");
+    let shading = material.evaluate(&());
+    assert_eq!(shading.bsdf.transparency(), Rgb::new(0.5, 0.25, 0.125));
+    assert_eq!(shading.emission, Rgb::new(2.0, 0.0, 0.0));
+    assert!(near(albedo(&shading.bsdf), Rgb::new(0.25, 0.5, 0.125)));
+    assert!(!material.is_opaque());
+}

@@ -1,4 +1,4 @@
-"""Messages about what could not be rendered as asked, collected while a stage is read."""
+"""Messages about what could not be rendered as asked, collected while a front end reads its scene."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Messages:
         self._messages[Message("info", str(path), what, action)] = None
 
     def warning(self, path: object, what: str, action: str = "") -> None:
-        """Add a way in which the picture differs from what the stage asks for."""
+        """Add a way in which the picture differs from what the scene asks for."""
         self._messages[Message("warning", str(path), what, action)] = None
 
     def error(self, path: object, what: str, action: str = "") -> None:

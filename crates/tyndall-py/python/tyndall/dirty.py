@@ -10,6 +10,7 @@ from functools import reduce
 from typing import TYPE_CHECKING
 
 import numpy as np
+
 from tyndall.delegate import DirtyBits
 from tyndall.prims import Camera, Field, Light, Material
 

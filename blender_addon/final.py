@@ -1,0 +1,201 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Final renders and material previews."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import tyndall
+from tyndall.messages import Messages
+
+from . import compat, messages, passes
+from .properties import render_settings
+from .sync import camera as cameras
+from .sync.scene import SceneSync
+
+if TYPE_CHECKING:
+    import bpy
+
+#: Previews are small and many.
+_PREVIEW_SAMPLES = 16
+#: Seconds between two pictures shown while rendering.
+_SHOW_EVERY = 1.0
+
+
+class RenderFailure(Exception):
+    """A render that cannot be made, with what to do about it."""
+
+
+#: Scenes kept between frames and renders, by scene and view layer; only with Blender's persistent data.
+_KEPT: dict[tuple[int, str], SceneSync] = {}
+
+
+def forget_all() -> None:
+    """Free all scenes that are kept."""
+    _KEPT.clear()
+
+
+def note_updates(depsgraph: bpy.types.Depsgraph) -> None:
+    """Have kept scenes read what changed; Blender's list is complete for a depsgraph that is kept."""
+    changed = changed_geometry(depsgraph)
+    for sync in _KEPT.values():
+        sync.forget(changed)
+
+
+def changed_geometry(depsgraph: bpy.types.Depsgraph) -> set[int]:
+    """Return the session uids of objects and data whose geometry changed."""
+    return {
+        compat.session_uid(update.id.original) for update in depsgraph.updates if update.is_updated_geometry
+    }
+
+
+def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
+    """Render one view layer into the engine's result."""
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    frame = cameras.read_frame(scene.render)
+    sync = _scene_sync(engine, depsgraph)
+    engine.update_stats("", "Reading the scene")
+    sync.sync(depsgraph, is_transparent=scene.render.film_transparent)
+    _sync_camera(engine, depsgraph, sync, frame)
+    wanted = passes.wanted(layer)
+    for name in passes.missing(layer):
+        sync.delegate.report("warning", "", f"there is no {name} pass", "it stays empty")
+    settings = render_settings(scene)
+    settings |= {
+        "camera": cameras.PATH,
+        "resolution": list(frame.resolution),
+        "pixelAspect": frame.pixel_aspect,
+        "aovs": [p.aov for p in wanted],
+    }
+    if engine.is_preview:
+        settings |= {"samples": min(settings["samples"], _PREVIEW_SAMPLES), "cachePath": ""}
+    engine.update_stats("", "Building")
+    session = tyndall.Session(sync.delegate.commit(), settings)
+    if not engine.is_preview:
+        _publish(engine, depsgraph, session)
+    _Render(engine, session, wanted, layer.name, is_transparent=scene.render.film_transparent).run(
+        float(scene.frame_current)
+    )
+
+
+def _scene_sync(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> SceneSync:
+    if engine.is_preview or not depsgraph.scene_eval.render.use_persistent_data:
+        return SceneSync()
+    key = (compat.session_uid(depsgraph.scene), depsgraph.view_layer_eval.name)
+    return _KEPT.setdefault(key, SceneSync())
+
+
+def _sync_camera(
+    engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, sync: SceneSync, frame: cameras.Frame
+) -> None:
+    camera = engine.camera_override or depsgraph.scene_eval.camera
+    if camera is None:
+        raise RenderFailure("the scene has no camera; add one and make it the scene's")
+    camera = camera.evaluated_get(depsgraph)
+    said = Messages()
+    sync.sync_camera(cameras.read_camera(camera, frame, f"/{camera.name_full}", said), said)
+
+
+def _publish(
+    engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, session: tyndall.Session
+) -> None:
+    report = messages.Report(session.diagnostics)
+    messages.publish(depsgraph.scene.name, report)
+    report.log()
+    errors, warnings = report.count("error"), report.count("warning")
+    if not errors and not warnings:
+        return
+    if depsgraph.scene_eval.tyndall.strict:
+        raise RenderFailure(f"strict, and not all can be rendered as asked:\n{report.text()}")
+    first = next(what for severity, what, _, _ in report.rows() if severity in ("error", "warning"))
+    text = (
+        f"{errors} errors, {warnings} warnings about the scene; first: {first}. All are in the Report panel"
+    )
+    engine.report({"WARNING"}, f"Tyndall: {text}")
+
+
+class _Render:
+    """One running render and the result it is shown in."""
+
+    def __init__(
+        self,
+        engine: bpy.types.RenderEngine,
+        session: tyndall.Session,
+        wanted: list[passes.Pass],
+        layer: str,
+        *,
+        is_transparent: bool,
+    ) -> None:
+        self._engine = engine
+        self._session = session
+        self._wanted = wanted
+        self._layer = layer
+        self._is_transparent = is_transparent
+        self._shown_at = 0.0
+
+    def run(self, frame: float) -> None:
+        """Render until the end, a limit or Esc, and hand over the picture."""
+        self._session.preview()
+        film = self._session.render(self._progress, None, frame)
+        if film.samples > 0:
+            self._show(film)
+        self._add_metadata(film)
+
+    def _progress(self, progress: tyndall.Progress) -> bool:
+        engine = self._engine
+        if engine.test_break():
+            return False
+        engine.update_progress(progress.fraction)
+        remaining = progress.remaining_secs
+        left = "" if remaining is None else f"Remaining {_clock(remaining)} | "
+        engine.update_stats("", f"{left}Samples {self._samples(progress)}")
+        if not engine.is_preview and progress.elapsed_secs - self._shown_at >= _SHOW_EVERY:
+            film = self._session.preview()
+            if film is not None:
+                self._shown_at = progress.elapsed_secs
+                self._show(film)
+        return True
+
+    def _samples(self, progress: tyndall.Progress) -> str:
+        settings_total = max(progress.samples_total, 1)
+        return f"{100 * progress.samples_done / settings_total:.0f} %"
+
+    def _show(self, film: tyndall.Film) -> None:
+        """Copy all passes: one call for all of them is what is fast in every version."""
+        width, height = film.resolution
+        result = self._engine.begin_result(0, 0, width, height, layer=self._layer)
+        target = result.layers[0].passes
+        by_name = {p.name: p for p in self._wanted}
+        parts = []
+        for shown in target:
+            known = by_name.get(shown.name)
+            if known is None or len(known.channels) != shown.channels:
+                parts.append(np.zeros(width * height * shown.channels, np.float32))
+            else:
+                image = passes.pixels(film, known, is_transparent=self._is_transparent)
+                parts.append(image.ravel())
+        target.foreach_set("rect", np.concatenate(parts))
+        self._engine.end_result(result)
+
+    def _add_metadata(self, film: tyndall.Film) -> None:
+        """Say in the file how it was made; Blender keeps fields only of the whole result."""
+        result = self._engine.get_result()
+        if result is None:
+            return
+        statistics = self._session.statistics
+        fields = {
+            "tyndall:version": tyndall.version,
+            "tyndall:samples": str(film.samples),
+            "tyndall:seconds": f"{statistics['seconds']['render']:.3f}",
+        }
+        if "cache" in statistics:
+            fields["tyndall:cache"] = str(statistics["cache"])
+        for name, value in fields.items():
+            result.stamp_data_add_field(name, value)
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(int(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours:d}:{minutes:02d}:{rest:02d}" if hours else f"{minutes:02d}:{rest:02d}"

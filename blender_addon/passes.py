@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Blender's passes and the core's AOVs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import tyndall
+
+if TYPE_CHECKING:
+    import bpy
+
+#: AOV -> (Blender's name, Blender's switch) where Blender has a pass of that meaning.
+_BLENDERS = {
+    "rgba": ("Combined", "use_pass_combined"),
+    "depth": ("Depth", "use_pass_z"),
+    "normal": ("Normal", "use_pass_normal"),
+}
+_NAMES = {
+    "vsp": "Volume Scatter Probability",
+    "vsp_target": "Volume Scatter Probability Target",
+    "volume_depth": "Volume Depth",
+}
+#: Blender's switches of passes that the core does not have; naming them beats leaving them black in silence.
+_MISSING = {
+    f"use_pass_{name}": name.replace("_", " ")
+    for name in (
+        *("mist", "position", "vector", "uv", "object_index", "material_index", "emit", "environment"),
+        *("shadow", "ambient_occlusion", "diffuse_direct", "diffuse_indirect", "diffuse_color"),
+        *("glossy_direct", "glossy_indirect", "glossy_color", "transmission_direct"),
+        *("transmission_indirect", "transmission_color", "subsurface_direct", "subsurface_indirect"),
+        *("subsurface_color", "cryptomatte_object", "cryptomatte_material", "cryptomatte_asset"),
+    )
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Pass:
+    """A pass of Blender's result: `channels` one letter each, `kind` VALUE, VECTOR or COLOR."""
+
+    aov: str
+    name: str
+    attribute: str
+    channels: str
+    kind: str
+    doc: str
+    is_blenders: bool
+
+    def is_on(self, layer: bpy.types.ViewLayer) -> bool:
+        """Return whether the view layer asks for it; the picture itself is always made."""
+        if self.aov == "rgba":
+            return True
+        return bool(getattr(layer if self.is_blenders else layer.tyndall, self.attribute))
+
+
+def _pass(info: tyndall.AovInfo) -> Pass:
+    name, attribute = _BLENDERS.get(
+        info.name,
+        (_NAMES.get(info.name, info.name.replace("_", " ").title()), f"use_pass_{info.name}"),
+    )
+    count = len(info.channels)
+    letters = "".join(c.upper() for c in info.channels)
+    if count == 1:
+        letters = "Z" if info.name == "depth" else "X"
+    is_vector = info.name == "normal"
+    kind = "VALUE" if count == 1 else "VECTOR" if is_vector or count == 2 else "COLOR"
+    return Pass(
+        aov=info.name,
+        name=name,
+        attribute=attribute,
+        channels="XYZ" if is_vector else letters,
+        kind=kind,
+        doc=info.doc,
+        is_blenders=info.name in _BLENDERS,
+    )
+
+
+ALL = tuple(_pass(info) for info in tyndall.list_aovs())
+EXTRA = tuple(p for p in ALL if not p.is_blenders)
+
+
+def wanted(layer: bpy.types.ViewLayer) -> list[Pass]:
+    """Return the passes that `layer` asks for, the picture first."""
+    return sorted((p for p in ALL if p.is_on(layer)), key=lambda p: p.aov != "rgba")
+
+
+def missing(layer: bpy.types.ViewLayer) -> list[str]:
+    """Return the passes that `layer` asks for and nobody makes."""
+    return [name for attribute, name in _MISSING.items() if getattr(layer, attribute, False)]
+
+
+def pixels(film: tyndall.Film, wanted_pass: Pass, *, is_transparent: bool) -> np.ndarray:
+    """Return an AOV as Blender wants it: float32, shape (height, width, channels), row 0 at the bottom.
+
+    Unless the film is transparent, the background is part of the picture, which then is opaque.
+    """
+    image = film.aov(wanted_pass.aov)[::-1]
+    if wanted_pass.aov == "rgba" and not is_transparent:
+        image = image.copy()
+        image[..., 3] = 1.0
+    return np.ascontiguousarray(image)

@@ -1,0 +1,42 @@
+"""Run by a Python with bpy: ENGINE SHOT SAMPLES SEEDS FOLDER [GRID SCALE] writes FOLDER/ENGINE-<seed>.exr."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import bpy
+
+HERE = Path(__file__).resolve().parent
+sys.path[:0] = [str(HERE), str(HERE.parents[1])]
+
+import shots  # noqa: E402
+
+import blender_addon  # noqa: E402
+
+
+def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: str) -> None:
+    """Render with every seed."""
+    blender_addon.register()
+    scene = shots.new_scene(engine)
+    if grid:
+        shots.cloud(grid[0], float(grid[1]))
+    else:
+        shots.SHOTS[shot]()
+    for seed in range(int(seeds)):
+        shots.set_samples(scene, int(samples), seed)
+        scene.render.filepath = f"{folder}/{engine}-{seed}.exr"
+        bpy.ops.render.render(write_still=True)
+
+
+try:
+    main(*sys.argv[1:])
+    code = 0
+except Exception as error:
+    print(f"{type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
+    code = 1
+sys.stdout.flush()
+sys.stderr.flush()
+# Some versions crash or hang when Python ends in the ordinary way.
+os._exit(code)

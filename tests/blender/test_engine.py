@@ -1,0 +1,142 @@
+"""The engine in bpy: results, passes, errors, animations, edits; each case in a process of its own."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from support import exr
+from support.blender_host import needs_bpy
+
+pytestmark = needs_bpy
+
+
+def play(case: str, folder: Path) -> dict[str, Any]:
+    """Return what a case of `run_engine.py` saw."""
+    script = Path(__file__).with_name("run_engine.py")
+    done = subprocess.run(
+        [sys.executable, str(script), case, str(folder)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout[-1500:] + done.stderr[-3000:]
+    return json.loads(done.stdout.strip().splitlines()[-1])
+
+
+def test_passes_and_what_there_is_none_of(tmp_path: Path) -> None:
+    seen = play("passes", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert "there is no mist pass" in seen["report"]
+    layers = exr.read_layers(tmp_path / "image.exr")
+    names = {name.removeprefix("ViewLayer.") for name in layers}
+    assert {"Combined", "Depth", "Normal", "Albedo", "Volume", "Surface", "Transmittance"} <= names
+    assert {"Volume Scatter Probability", "Samples", "Variance"} <= names
+    assert (layers["ViewLayer.Samples"] == 4).all()
+    combined, volume, surface = (layers[f"ViewLayer.{n}"] for n in ("Combined", "Volume", "Surface"))
+    assert combined[..., 3] == pytest.approx(1.0)
+    np.testing.assert_allclose(combined[..., :3], volume + surface, rtol=2e-3, atol=2e-3)
+    header = exr.read_header(tmp_path / "image.exr")
+    assert header["tyndall:samples"] == "4"
+
+
+def test_a_region_is_a_part_of_the_picture(tmp_path: Path) -> None:
+    assert play("region", tmp_path)["said"] == ["FINISHED", "FINISHED"]
+    full, part = (exr.read_rgb(tmp_path / f"{name}.exr") for name in ("full", "part"))
+    assert full.shape == (24, 32, 3)
+    assert part.shape == (12, 16, 3)
+    cut = full[:12, 8:24]
+    # Other random numbers, the same means.
+    assert np.abs(part - cut).mean() < 0.1 * cut.mean()
+    # Shifted by a pixel it would not fit: the comparison can fail.
+    assert np.abs(part - cut).mean() < 0.7 * np.abs(part - full[1:13, 9:25]).mean()
+
+
+def test_a_transparent_film_keeps_volumes(tmp_path: Path) -> None:
+    assert play("transparent", tmp_path)["said"] == "FINISHED"
+    image = exr.read_layers(tmp_path / "image.exr")["rgba"]
+    assert image.shape[-1] == 4
+    assert (image[0, 0] == 0).all(), "the sky lights, but is not in the picture"
+    assert image[12, 16, 3] == 1, "the ball"
+    fog = (image[..., 3] > 0) & (image[..., 3] < 1)
+    assert fog.sum() > 10
+    assert (image[fog][:, :3].sum(axis=1) > 0).any()
+
+
+def test_an_animation_with_persistent_data(tmp_path: Path) -> None:
+    assert play("animation", tmp_path)["said"] == "FINISHED"
+    first, second, third = (exr.read_rgb(tmp_path / f"image{frame:04d}.exr") for frame in (1, 2, 3))
+    assert (first == third).all(), "what is kept between frames changes no bit"
+    assert np.abs(first - second).mean() > 0.01
+
+
+def test_an_error_ends_the_animation(tmp_path: Path) -> None:
+    seen = play("error_in_animation", tmp_path)
+    assert "no camera" in seen["said"], seen
+    assert (tmp_path / "image0001.exr").exists()
+    assert not (tmp_path / "image0002.exr").exists()
+    assert not (tmp_path / "image0003.exr").exists()
+
+
+def test_missing_grids_are_named_and_strict_renders_fail(tmp_path: Path) -> None:
+    seen = play("missing_grid", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert "error: Cloud" in seen["report"]
+    assert "nowhere.vdb" in seen["report"]
+    assert seen["strict"].startswith("error")
+    assert "nowhere.vdb" in seen["strict"]
+    assert not (tmp_path / "strict.exr").exists()
+
+
+def test_unknown_nodes_are_named(tmp_path: Path) -> None:
+    seen = play("unknown_node", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert "Noise Texture" in seen["report"]
+
+
+def test_the_time_limit_ends_a_render(tmp_path: Path) -> None:
+    seen = play("time_limit", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert 1.0 <= seen["seconds"] < 20.0
+
+
+def test_edits_send_what_changed_and_nothing_else(tmp_path: Path) -> None:
+    seen = play("edits", tmp_path)
+    counts = seen["counts"]
+    assert counts["first"] > 5
+    assert counts["nothing"] == 0
+    for edit in ("transform", "light", "material", "world", "volume", "geometry"):
+        assert counts[edit] == 1, (edit, counts)
+    assert seen["is_same"], "an edited scene must be that of a fresh translation, bit for bit"
+    assert seen["mean"] > 0
+
+
+def test_a_viewport_shows_better_and_better_pictures_and_stops_at_once(tmp_path: Path) -> None:
+    seen = play("viewport", tmp_path)
+    assert seen["error"] is None
+    assert seen["resolution"] == [160, 120]
+    assert len(seen["images"]) == 3
+    for height, width, channels, is_finite, mean in seen["images"]:
+        assert (height, width, channels, is_finite) == (120, 160, 4, True)
+        assert mean > 0
+    # Asked: 0.3 s of an idle machine.
+    assert seen["stop"] < 1.0
+
+
+def test_large_scenes_are_translated_quickly(tmp_path: Path) -> None:
+    """Asked: 0.5 s and 1 s of an idle machine; CPU seconds, with room for a busy one."""
+    seen = play("speed", tmp_path)
+    assert seen["triangles"] > 990_000
+    assert seen["instances"] == 100_001
+    assert seen["mesh"] < 1.0, seen
+    assert seen["instancing"] < 2.0, seen
+
+
+def test_register_twice(tmp_path: Path) -> None:
+    assert play("again", tmp_path)["said"] == "FINISHED"
