@@ -29,6 +29,7 @@ use equiangular::Rival;
 use glam::{Vec2, Vec3A};
 use guidance::{Guidance, Guided, Unguided};
 use record::Recorder;
+use training::Trail;
 use tyndall_guiding::EventClass;
 use tyndall_guiding::field::TrainingSample;
 use tyndall_math::Ray;
@@ -127,7 +128,9 @@ impl<'a> Integrator<'a> {
             let path = self.traced(pixel, sampler, Unguided, scratch, statistics);
             return PathSample { record: self.finish(path.recorder), learned: None };
         }
-        let guidance = Guided::new(guides, training.is_some(), self.seed, pixel_id);
+        let mut trail = Trail::default();
+        let taught = training.is_some().then_some(&mut trail);
+        let guidance = Guided::new(guides, taught, self.seed, pixel_id);
         let mut path = self.traced(pixel, sampler, guidance, scratch, statistics);
         if let Some(samples) = training {
             path.teach(samples);

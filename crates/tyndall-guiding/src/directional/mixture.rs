@@ -41,6 +41,12 @@ pub(crate) struct Group {
 }
 
 impl Group {
+    /// Lobes of other shapes and weights.
+    #[inline(always)]
+    pub(crate) fn new(weight: Lanes, kappa: Lanes, mean: [Lanes; 3]) -> Self {
+        Self { weight, kappa, mean, weighted_peak: weight * peak_densities(kappa) }
+    }
+
     /// π_k v_k(ω).
     #[inline(always)]
     fn terms(&self, direction: Vec3A) -> Lanes {
@@ -103,7 +109,7 @@ impl VmfMixture {
     ///
     /// If that sum is no positive finite number, the lobes stay as they were, and the sum is 0.
     #[inline(always)]
-    pub(crate) fn map_groups(&self, change: impl Fn(usize, Group) -> Group) -> (Self, f32) {
+    pub(crate) fn map_groups(&self, mut change: impl FnMut(usize, Group) -> Group) -> (Self, f32) {
         let mut changed = self.clone();
         for g in 0..groups_of(self.len) {
             let group = change(g, self.group(g));
@@ -131,7 +137,8 @@ impl VmfMixture {
     /// Normalises the weights, computes the peaks and returns what the weights summed to.
     #[inline]
     fn finish(&mut self) -> f64 {
-        let total = self.weight.total();
+        let groups = &self.weight.0[..groups_of(self.len)];
+        let total = f64::from(groups.iter().fold(Lanes::splat(0.0), |sum, group| sum + *group).sum());
         let scale = (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32;
         for g in 0..groups_of(self.len) {
             self.weight.0[g] = self.weight.0[g] * scale;

@@ -88,6 +88,41 @@ fn products_with_phase_functions_are_close() {
     }
 }
 
+fn unchanged(_: usize, lobes: Group) -> Group {
+    lobes
+}
+
+#[test]
+fn light_from_everywhere_needs_no_guide_and_a_lamp_needs_one() {
+    let uniform = VmfMixture::from_lobes([(1.0, VmfLobe::new(Vec3A::Z, 0.0))]);
+    let lamp = VmfMixture::from_lobes([(1.0, VmfLobe::new(Vec3A::Z, 1e4))]);
+    for g in [-0.8, 0.0, 0.5, 0.95] {
+        assert_eq!(uniform.narrower_than_hg(Vec3A::X, g, unchanged).1, 0.0, "g = {g}");
+        assert!(lamp.narrower_than_hg(Vec3A::NEG_Z, g, unchanged).1 > 0.85, "g = {g}");
+    }
+    assert_eq!(uniform.narrower_than_cosine(Vec3A::X, unchanged).1, 0.0);
+    assert!(lamp.narrower_than_cosine(Vec3A::Z, unchanged).1 > 0.99);
+}
+
+#[test]
+fn narrower_parts_beside_the_phase_function_are_close_to_the_product() {
+    let mixture = mixture();
+    for (wo, g) in [(Vec3A::Z, 0.0), (Vec3A::X, 0.6), (Vec3A::X, -0.6), (Vec3A::Y, 0.9), (Vec3A::Z, -0.9)] {
+        let phase = |d: Vec3A| hg(-f64::from(wo.dot(d)), g.into());
+        let (narrow, share) = mixture.narrower_than_hg(wo, g, unchanged);
+        let share = f64::from(share.min(0.75));
+        let beside = |d: Vec3A| share * f64::from(narrow.pdf(d)) + (1.0 - share) * phase(d);
+        let (_, variance) = integral_and_variance(phase, beside);
+        let (_, alone) = integral_and_variance(phase, phase);
+        let product = mixture.product_with_hg(wo, g).0;
+        let (_, half) = integral_and_variance(phase, |d| 0.5 * (f64::from(product.pdf(d)) + phase(d)));
+        assert!(
+            variance < alone && variance < half + 0.1,
+            "g = {g}: {variance}; {alone} alone, {half} halved"
+        );
+    }
+}
+
 #[test]
 fn samples_of_products_follow_their_density() {
     for product in [mixture().product_with_cosine(Vec3A::X).0, mixture().product_with_hg(Vec3A::Y, 0.7).0] {

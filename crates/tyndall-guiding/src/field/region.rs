@@ -1,10 +1,10 @@
 //! What a region has learned.
 
-use super::parallax::seen_from;
+use super::parallax::{lobes_seen_from, seen_from};
 use super::refine::Cloud;
 use super::{FieldSettings, Incident};
 use crate::Moments;
-use crate::directional::{LobeSums, PerLobe, SufficientStatistics, VmfMixture};
+use crate::directional::{Group, LobeSums, PerLobe, SufficientStatistics, VmfMixture};
 use glam::Vec3A;
 
 /// The sums of scattering odds per lobe: [`Moments`] without depths.
@@ -67,6 +67,26 @@ impl Region {
     #[inline]
     pub fn incident(&self, position: Vec3A) -> Incident<'_> {
         Incident::new(self, position)
+    }
+
+    /// What the light at `position` has beyond where a surface of this normal looks for it by its cosine, and how often a
+    /// direction should come from there; see [`VmfMixture::product_with_cosine`].
+    #[inline]
+    pub fn narrower_than_cosine(&self, position: Vec3A, normal: Vec3A) -> (VmfMixture, f32) {
+        self.mixture.narrower_than_cosine(normal, self.as_seen_from(position))
+    }
+
+    /// The same for a collision that scatters to `wo` by a phase function of mean cosine `g`; see
+    /// [`VmfMixture::product_with_hg`].
+    #[inline]
+    pub fn narrower_than_hg(&self, position: Vec3A, wo: Vec3A, g: f32) -> (VmfMixture, f32) {
+        self.mixture.narrower_than_hg(wo, g, self.as_seen_from(position))
+    }
+
+    #[inline(always)]
+    fn as_seen_from(&self, position: Vec3A) -> impl Fn(usize, Group) -> Group {
+        let offset = Vec3A::from(self.pivot) - position;
+        move |g, lobes| lobes_seen_from(lobes, self.inverse_distance.0[g], offset)
     }
 
     /// The lobes as seen from the middle of the region.

@@ -185,8 +185,24 @@ fn dark_samples_count() {
 }
 
 #[test]
-fn lobes_follow_near_light() {
-    // A small ball of light above the middle of the cube, half a unit over it.
+fn lobes_follow_near_light_of_surfaces() {
+    for (position, brightest, centre) in seen_by_four(SURFACE) {
+        let cos = brightest.dot((centre - position).normalize());
+        assert!(cos > 0.97, "from {position}: {cos}");
+    }
+}
+
+#[test]
+fn light_that_media_scatter_is_nowhere() {
+    let seen = seen_by_four(VOLUME);
+    for (position, brightest, _) in &seen {
+        assert!(brightest.distance(seen[0].1) < 1e-5, "from {position}: {brightest}");
+    }
+}
+
+/// A small ball of light above the middle of the cube, half a unit over it: four points, the mean of the brightest lobe
+/// there, and the middle of the ball. Segments that see it end with `end`.
+fn seen_by_four(end: EventClass) -> Vec<(Vec3A, Vec3A, Vec3A)> {
     let (centre, radius) = (Vec3A::new(0.5, 0.5, 1.5), 0.15);
     let mut rng = Pcg::new(&[5]);
     let batch: Vec<_> = (0..40_000)
@@ -196,7 +212,7 @@ fn lobes_follow_near_light() {
             let along = s.direction.unpack().dot(to);
             let hit = along > 0.0 && to.length_squared() - along * along < radius * radius;
             if hit {
-                (s.radiance, s.distance) = (5.0, along);
+                (s.radiance, s.distance, s.end) = (5.0, along, end);
             }
             s
         })
@@ -208,14 +224,13 @@ fn lobes_follow_near_light() {
     });
     field.update(&batch);
     assert_eq!(field.statistics().n_volume_regions, 1);
-    for position in
-        [Vec3A::splat(0.1), Vec3A::new(0.9, 0.1, 0.5), Vec3A::splat(0.5), Vec3A::new(0.5, 0.9, 0.2)]
-    {
+    let points = [Vec3A::splat(0.1), Vec3A::new(0.9, 0.1, 0.5), Vec3A::splat(0.5), Vec3A::new(0.5, 0.9, 0.2)];
+    let seen = points.map(|position| {
         let incident = field.region(position, VOLUME, 0.5).unwrap().incident(position);
         let brightest = incident.mixture().lobes().max_by(|a, b| a.0.total_cmp(&b.0)).unwrap().1;
-        let cos = brightest.mean().dot((centre - position).normalize());
-        assert!(cos > 0.97, "from {position}: {cos}");
-    }
+        (position, brightest.mean(), centre)
+    });
+    seen.into()
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Directions from the field: its distribution times what the vertex does to light, mixed with the vertex's own.
+//! Directions from the field, mixed with the vertex's own: what its distribution times what the vertex does to light has
+//! beyond the latter, as often as that is of all.
 //!
 //! One of the two is drawn, and the density of both counts (balance heuristic), so that neither a wrong field nor a
 //! narrow phase function can lose light. Light sampling weighs itself against the same density.
@@ -9,9 +10,6 @@ use super::record::Recorder;
 use super::vertex::Vertex;
 use glam::{Vec2, Vec3A};
 use tyndall_math::Rgb;
-
-/// How often a direction is drawn from the field.
-const SHARE: f32 = 0.5;
 
 /// Events of a path that are guided. Later ones carry little, cost as much, and each multiplies the path's weight by up to
 /// two where the field is wrong (kitchen: .204 of error with all events, .207 with four, at .93 of the time).
@@ -68,7 +66,7 @@ impl<'a, D: Directions> GuidedVertex<'a, D> {
     #[inline]
     fn mixed(&self, own: f32, wi: Vec3A) -> f32 {
         match &self.guide {
-            Some(guide) => SHARE * guide.pdf(wi) + (1.0 - SHARE) * own,
+            Some(guide) => guide.share() * guide.pdf(wi) + (1.0 - guide.share()) * own,
             None => own,
         }
     }
@@ -77,7 +75,7 @@ impl<'a, D: Directions> GuidedVertex<'a, D> {
     #[inline]
     pub(super) fn sample(&self, [u, v, lobe, choice]: [f32; 4]) -> Option<NextDirection> {
         let Some(guide) = &self.guide else { return self.vertex.sample([u, v, lobe]) };
-        if choice < SHARE {
+        if choice < guide.share() {
             let direction = guide.sample(Vec2::new(u, v));
             let (value, pdf) = self.evaluate(direction);
             return (value != Rgb::ZERO && pdf > 0.0).then(|| NextDirection {
@@ -89,7 +87,7 @@ impl<'a, D: Directions> GuidedVertex<'a, D> {
         }
         let mut own = self.vertex.sample([u, v, lobe])?;
         if own.is_delta {
-            own.weight /= 1.0 - SHARE;
+            own.weight /= 1.0 - guide.share();
         } else {
             let mixed = self.mixed(own.pdf, own.direction);
             own.weight *= own.pdf / mixed;

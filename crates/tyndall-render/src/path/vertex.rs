@@ -6,11 +6,6 @@ use tyndall_math::{Ray, Rgb, SplitPoint, offset_ray_origin};
 use tyndall_shading::{Bsdf, LightSample, ShadingFrame, Spread};
 use tyndall_volume::PhaseMix;
 
-/// Mean cosine beyond which a phase function is followed alone. What the field knows of the light inside a medium is
-/// coarser than such a lobe, and each event then multiplies the path's weight by up to two. Error with all media guided over
-/// that with none: cloud (g = .45) 2.2, landscape (.8) 1.5, underwater (.8) 1.13, jungle (.7) 1.06; kitchen (.5) .93.
-const NARROW_PHASE: f32 = 0.4;
-
 /// Where and how light scatters.
 pub(super) enum Vertex<'a> {
     /// In a medium.
@@ -112,7 +107,6 @@ impl Vertex<'_> {
     #[inline]
     pub(super) fn spread(&self) -> Spread {
         match self {
-            Self::Medium { phase, .. } if phase.mean_cosine().abs() > NARROW_PHASE => Spread::Narrow,
             Self::Medium { .. } => Spread::BothSides,
             Self::Surface { bsdf, .. } => bsdf.spread(),
         }
