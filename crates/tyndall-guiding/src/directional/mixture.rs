@@ -138,7 +138,7 @@ impl VmfMixture {
     #[inline]
     fn finish(&mut self) -> f64 {
         let groups = &self.weight.0[..groups_of(self.len)];
-        let total = f64::from(groups.iter().fold(Lanes::splat(0.0), |sum, group| sum + *group).sum());
+        let total: f64 = groups.iter().flat_map(|group| group.0).map(f64::from).sum();
         let scale = (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32;
         for g in 0..groups_of(self.len) {
             self.weight.0[g] = self.weight.0[g] * scale;
