@@ -14,10 +14,9 @@
 //! | Blosc, half floats | 0.4 GB | 1.7 | 610 | 1140 MiB |
 //! | zip (four times a grid of 259 MiB) | | 8.6 | 120 | |
 //!
-//! About half of the time is the system's, handing out the memory of the voxels and copying from the file. Zip is slow,
-//! mostly because each leaf has Huffman tables of its own (`src/codec/zip.rs` compares decoders); OpenVDB itself zips no
-//! fog volume. A map of the file instead of positioned reads took 1.25 s instead of 1.32 s (Blosc) and 1.27 s instead of
-//! 1.28 s (none).
+//! About half of the time is the system's, handing out the memory of the voxels and copying from the file. Zip is
+//! slow with every decoder (`src/codec/zip.rs` compares them); OpenVDB itself zips no fog volume. A map of the file
+//! instead of positioned reads took 1.25 s instead of 1.32 s (Blosc) and 1.27 s instead of 1.28 s (none).
 
 use std::fs;
 use std::hint::black_box;

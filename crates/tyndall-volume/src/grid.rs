@@ -32,20 +32,44 @@
 //! - An apron saves up to 30 % of a look-up but needs at least 1.42 times the memory, and a brick of its own below
 //!   every surface: 3.7 to 4.9 KB per active brick of this cloud. More than 1.3 times the decoded bricks is too much
 //!   for what walks gain: they make 0.06 to 4 look-ups, next to some 30 steps between cells.
-//! - Half floats save memory, not time: decoding without F16C costs what the smaller footprint saves. Values stay exact.
+//! - Half floats save memory, not time, see below.
 //! - One tap (reading a single corner, chosen with its trilinear weight) halves a look-up and is unbiased, as
 //!   estimators are linear in each density. It adds variance to shadow rays and needs a random number in every
 //!   look-up; it would save a few per cent of a walk. Not done.
 //!
 //! A build holds at most 1.11 times the decoded active bricks of the 512^3 cloud beyond its input, the result 1.02.
-//! 1,000 active voxels in two clusters 10^9 voxels apart cost less than 64 KiB. Scattered one to a brick they cost
-//! their bricks, 2 KiB each. Lists instead of bricks of at most 16 voxels bring those from 2.3 MB to 305 KiB, but the
-//! branch in every look-up across bricks costs a cloud 5 % of its instructions. Not done.
+//!
+//! # Large grids of half floats
+//!
+//! Grids of 2^17 bricks and more, 256 MiB as f32, whose values are all exact as half floats (those of files saved so) are
+//! stored as such: 2.03 bytes a voxel of a full grid, 2.4 at the peak of its build. `benches/grids.rs` compares the same
+//! cloud stored both ways, at optical depth 5; time as the ratio to f32, medians of two runs on a busy machine:
+//!
+//! | voxels | f32, MiB | half, MiB | random points | along rays | walk | shadow ray |
+//! |---|---|---|---|---|---|---|
+//! | 64^3 | 0.7 | 0.3 | 1.02, 1.00 | 1.24, 1.27 | 0.99, 0.93 | 1.01, 0.92 |
+//! | 128^3 | 3.3 | 1.7 | 0.90, 0.98 | 0.87, 1.26 | 1.00, 0.92 | 0.96, 1.03 |
+//! | 256^3 | 23 | 12 | 1.04, 1.19 | 0.93, 0.91 | 0.94, 0.94 | 1.02, 1.21 |
+//! | 512^3 | 173 | 88 | 1.03, 0.84 | 1.11, 1.53 | 1.02, 0.99 | 1.03, 0.92 |
+//! | 768^3 | 571 | 292 | 1.00 | 1.02 | 1.11 | 1.02 |
+//!
+//! Look-ups along rays, which find most of their bricks in the cache, pay for decoding; walks and shadow rays neither win
+//! nor lose more than the noise. So there is no gain but memory, and where there is little of that to gain all is f32.
+//!
+//! # Scattered voxels
+//!
+//! 1,000 active voxels in two clusters 10^9 voxels apart cost less than 64 KiB. Scattered one to a brick they cost 75 KB:
+//! under the tree, and only there, bricks of at most 16 voxels are lists, and nodes with few bricks list those. A voxel on
+//! the lowest corner of its brick reaches the cells of eight bricks, each with a bound of its own: 1,000 of those cost
+//! 290 KB. That there are lists and half floats costs grids without them 0.4 % of the instructions of walks and 0.5 % of
+//! those of shadow rays (callgrind, the cloud of `benches/tracking.rs`).
 
 mod build;
 mod color;
 mod dense;
 mod flat;
+mod list;
+mod pool;
 mod pyramid;
 mod report;
 mod tree;
@@ -58,6 +82,7 @@ pub(crate) use pyramid::level_between;
 
 use flat::FlatTable;
 use glam::{IVec3, Vec3A};
+use pool::Pool;
 use tree::TreeTable;
 
 /// Edge of a brick in voxels.
@@ -72,16 +97,18 @@ pub const MAX_COORDINATE: i32 = 1 << 30;
 /// Bounds are widened by the rounding of a trilinear interpolation (7 lerps).
 const ROUNDING: f32 = 1.0 + 8.0 * f32::EPSILON;
 
-/// The values of a brick: a position in the pool, or one value for all.
+/// The values of a brick: a position in the pool, one value for all, or a list of those that are not 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Brick {
-    /// Index of the brick in the pool, or [`Brick::UNIFORM`].
+    /// Index of the brick in the pool, below [`Brick::FIRST_LIST`]; that plus where a list begins; or
+    /// [`Brick::UNIFORM`].
     data: u32,
     /// The value of all voxels of a uniform brick.
     value: f32,
 }
 
 impl Brick {
+    const FIRST_LIST: u32 = 1 << 31;
     const UNIFORM: u32 = u32::MAX;
     pub(crate) const EMPTY: Self = Self::uniform(0.0);
 
@@ -141,8 +168,7 @@ impl Table {
 #[derive(Debug)]
 pub struct BrickGrid {
     table: Table,
-    /// Bricks of 512 values, offset x << 6 | y << 3 | z.
-    pool: Vec<f32>,
+    pool: Pool,
     /// Lowest and highest cell with non-zero density, inclusive; `None` if there is none.
     cells: Option<[IVec3; 2]>,
     max: f32,
@@ -166,7 +192,7 @@ impl BrickGrid {
 
     /// Heap memory in bytes.
     pub fn memory_bytes(&self) -> usize {
-        self.table.memory_bytes() + self.pool.capacity() * size_of::<f32>()
+        self.table.memory_bytes() + self.pool.memory_bytes()
     }
 
     /// The same field without the bounds of cubes of bricks: rays visit every brick. For comparisons; it is slower.
@@ -278,26 +304,33 @@ impl BrickGrid {
         if local.max_element() == 7 {
             return self.corners_across(brick, voxel);
         }
-        if brick.data == Brick::UNIFORM {
-            return [brick.value; 8];
-        }
-        let base = brick.data as usize * BRICK_VOXELS + offset(local);
-        let v = &self.pool[base..base + 74];
-        [v[0], v[1], v[8], v[9], v[64], v[65], v[72], v[73]]
+        self.pool.corners(brick, offset(local))
     }
 
     /// [`BrickGrid::corners`] where they belong to two, four or eight bricks.
     #[cold]
     #[inline(never)]
     fn corners_across(&self, brick: Brick, voxel: IVec3) -> [f32; 8] {
+        let Some(values) = self.pool.only_full() else { return self.rare_corners_across(brick, voxel) };
+        self.gather(brick, voxel, |brick, offset| match brick.data {
+            Brick::UNIFORM => brick.value,
+            data => values[data as usize * BRICK_VOXELS + offset],
+        })
+    }
+
+    /// The same with half floats or lists. Apart, as eight more branches would cost the common case registers.
+    #[inline(never)]
+    fn rare_corners_across(&self, brick: Brick, voxel: IVec3) -> [f32; 8] {
+        self.gather(brick, voxel, |brick, offset| self.pool.voxel(brick, offset))
+    }
+
+    /// The corners at `voxel`, which is in `brick`, each read by `read` from a brick and an offset in it.
+    #[inline(always)]
+    fn gather(&self, brick: Brick, voxel: IVec3, read: impl Fn(Brick, usize) -> f32) -> [f32; 8] {
         let own = voxel >> 3i32;
         std::array::from_fn(|corner| {
             let v = voxel + IVec3::new(corner as i32 >> 2, corner as i32 >> 1 & 1, corner as i32 & 1);
-            let brick = if v >> 3i32 == own { brick } else { self.brick(v >> 3i32) };
-            match brick.data {
-                Brick::UNIFORM => brick.value,
-                data => self.pool[data as usize * BRICK_VOXELS + offset(v & 7i32)],
-            }
+            read(if v >> 3i32 == own { brick } else { self.brick(v >> 3i32) }, offset(v & 7i32))
         })
     }
 }

@@ -3,10 +3,11 @@
 //! libdeflate reads a whole stream at once. What it refuses is left to flate2, which is as lenient as OpenVDB's own
 //! call: a block that is filled counts, whatever comes after it. Damaged blocks pay twice, and stay bounded.
 //!
-//! Files hold one stream of at most 2 KiB a leaf, each with Huffman tables of its own, so that building tables is half
-//! of the work. CPU seconds per GiB of voxels, zlib level 6, one run in turns, least of seven; every stream with its
-//! Adler-32 checked (`cloud`: smooth, with zeros around it, half of its leaves on its border; `half`: the same in two
-//! bytes a voxel):
+//! Files hold one stream of at most 2 KiB a leaf, each with Huffman tables of its own. Sampled over the four rows
+//! below, building them is a fifth of the time of libdeflate and zune-inflate, 0.3 of that of zlib-rs and 0.4 of
+//! that of miniz_oxide and fdeflate. CPU seconds per GiB of voxels, zlib level 6, one run in turns, least of seven;
+//! every stream with its Adler-32 checked (`cloud`: smooth, with zeros around it, half of its leaves on its border;
+//! `half`: the same in two bytes a voxel):
 //!
 //! | voxels | packed by | libdeflate | zune-inflate | fdeflate | zlib-rs | miniz_oxide |
 //! |---|---|---|---|---|---|---|

@@ -1,5 +1,7 @@
 //! From leaves and tiles to bricks with bounds.
 
+use super::list::VoxelLists;
+use super::pool::{Pool, is_half_exact};
 use super::report::Reading;
 use super::{
     BRICK_EDGE, BRICK_VOXELS, Brick, BrickGrid, FlatTable, GridReport, MAX_COORDINATE, SparseVoxels, Table,
@@ -12,6 +14,8 @@ use rayon::prelude::*;
 const FLAT_ALWAYS: i128 = 1 << 16;
 /// A larger one if at least one brick in this many is active.
 const FLAT_FILL: i128 = 16;
+/// Bricks, 256 MiB of them as f32, from which on values that half floats hold exactly are stored as such.
+const HALF_FROM: usize = 1 << 17;
 
 /// A cube of voxels: a leaf or a tile.
 pub(super) struct Source {
@@ -79,25 +83,26 @@ impl BrickGrid {
             ..Default::default()
         };
         let (mut sources, mut stored) = (Vec::with_capacity(scans.len()), Vec::new());
-        for Scan { mut source, values, report: found } in scans {
+        let mut is_half = true;
+        for Scan { source, values, is_half: is_leaf_half, report: found } in scans {
             report = report.merge(found);
             if source.extrema[0].max > 0.0 {
                 if let Some(values) = values {
-                    source.brick.data = stored.len() as u32;
-                    stored.push(values);
+                    stored.push((sources.len(), values));
+                    is_half &= is_leaf_half;
                 }
                 sources.push(source);
             }
         }
-        let pool = fill_pool(&stored, reading);
         for &(origin, edge, value) in &voxels.tiles {
             let value = report.read(reading, value);
             add_tile(origin, edge, Brick::uniform(value), value, &mut sources, &mut report);
         }
         report.brick_count = stored.len() as u64;
+        report.is_sparse = is_mostly_empty(&sources);
+        let pool = place_values(&stored, reading, is_half, report.is_sparse, &mut sources);
         let max = sources.iter().fold(0f32, |m, source| m.max(source.extrema[0].max));
         let (table, cells) = build_table(&sources);
-        report.is_sparse = matches!(table, Table::Tree(_));
         (Self { table, pool, cells, max }, report)
     }
 }
@@ -107,6 +112,8 @@ struct Scan<'a> {
     source: Source,
     /// The leaf, if its values differ.
     values: Option<&'a Values<f32>>,
+    /// Half floats hold its values exactly.
+    is_half: bool,
     report: GridReport,
 }
 
@@ -117,7 +124,8 @@ fn scan_leaf(origin: [i32; 3], values: &[f32], reading: Reading) -> Option<Scan<
     let clean = values.map(|value| report.read(reading, value));
     let source = Source::of_leaf(lo, &clean);
     let is_uniform = clean.iter().all(|&value| value == clean[0]);
-    Some(Scan { source, values: (!is_uniform).then_some(values), report })
+    let is_half = clean.iter().all(|&value| is_half_exact(value));
+    Some(Scan { source, values: (!is_uniform).then_some(values), is_half, report })
 }
 
 /// A leaf's place and values, if they can be used.
@@ -127,16 +135,28 @@ pub(super) fn well_formed<T>(origin: [i32; 3], values: &[T]) -> Option<(IVec3, &
     is_placed(lo, BRICK_EDGE).then_some((lo, values))
 }
 
-fn fill_pool(stored: &[&Values<f32>], reading: Reading) -> Vec<f32> {
-    let mut pool = vec![0.0; stored.len() * BRICK_VOXELS];
-    pool.par_chunks_exact_mut(BRICK_VOXELS).zip(stored).for_each(|(brick, values)| {
-        // Counted by the scan.
-        let mut counted = GridReport::default();
-        for (to, &from) in brick.iter_mut().zip(values.iter()) {
-            *to = counted.read(reading, from);
-        }
-    });
-    pool
+/// Stores leaves and tells their sources, of which the indices are given, where. Under a tree, leaves with few voxels
+/// become lists.
+fn place_values(
+    stored: &[(usize, &Values<f32>)],
+    reading: Reading,
+    is_half: bool,
+    is_sparse: bool,
+    sources: &mut [Source],
+) -> Pool {
+    let (mut lists, mut whole) = (VoxelLists::default(), Vec::with_capacity(stored.len()));
+    // Counted by the scan.
+    let clean = |values: &Values<f32>| values.map(|value| GridReport::default().read(reading, value));
+    for &(source, values) in stored {
+        let listed = if is_sparse { lists.add(&clean(values)) } else { None };
+        sources[source].brick = listed.unwrap_or_else(|| {
+            whole.push(values);
+            Brick { data: whole.len() as u32 - 1, value: 0.0 }
+        });
+    }
+    lists.shrink();
+    let is_half = is_half && whole.len() >= HALF_FROM;
+    Pool::fill(&whole, is_half, lists, |values, brick| *brick = clean(values))
 }
 
 impl Source {
@@ -214,20 +234,25 @@ fn support_of(lo: IVec3, values: &[f32]) -> [IVec3; 2] {
 
 /// The table of non-zero `sources`, and the first and last cell that they reach.
 pub(super) fn build_table(sources: &[Source]) -> (Table, Option<[IVec3; 2]>) {
-    let support = sources.iter().map(|s| s.support).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
-    let cells = support.map(|[lo, hi]| [lo - 1, hi]);
-    (choose_table(sources, cells), cells)
+    let cells = active_cells(sources);
+    let table = match cells {
+        None => Table::Flat(FlatTable::default()),
+        Some(_) if is_mostly_empty(sources) => Table::Tree(TreeTable::build(sources)),
+        Some([lo, hi]) => Table::Flat(FlatTable::build(sources, lo >> 3i32, hi >> 3i32)),
+    };
+    (table, cells)
 }
 
-fn choose_table(sources: &[Source], cells: Option<[IVec3; 2]>) -> Table {
-    let Some([lo, hi]) = cells else { return Table::Flat(FlatTable::default()) };
-    let (lo, hi) = (lo >> 3i32, hi >> 3i32);
-    let size = hi.as_i64vec3() - lo.as_i64vec3() + 1;
+fn active_cells(sources: &[Source]) -> Option<[IVec3; 2]> {
+    let support = sources.iter().map(|s| s.support).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    support.map(|[lo, hi]| [lo - 1, hi])
+}
+
+/// Whether the box around `sources` has too few of them for a flat table.
+fn is_mostly_empty(sources: &[Source]) -> bool {
+    let Some([lo, hi]) = active_cells(sources) else { return false };
+    let size = (hi >> 3i32).as_i64vec3() - (lo >> 3i32).as_i64vec3() + 1;
     let volume = i128::from(size.x) * i128::from(size.y) * i128::from(size.z);
     let active: i128 = sources.iter().map(|s| i128::from(s.edge / BRICK_EDGE).pow(3)).sum();
-    if volume <= FLAT_ALWAYS || (volume <= FLAT_FILL * active && volume <= 1 << 28) {
-        Table::Flat(FlatTable::build(sources, lo, hi))
-    } else {
-        Table::Tree(TreeTable::build(sources))
-    }
+    volume > FLAT_ALWAYS && (volume > FLAT_FILL * active || volume > 1 << 28)
 }

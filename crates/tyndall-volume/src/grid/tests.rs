@@ -1,5 +1,8 @@
 //! Bricks against the dense twin, and hostile grids.
 
+mod pool;
+mod sparse;
+
 use super::*;
 use crate::testing::noise;
 use proptest::prelude::*;
@@ -113,21 +116,6 @@ fn one_voxel_is_a_blob_two_voxels_wide() {
     assert_eq!(grid.density(Vec3A::new(-0.5, -1.0, -1.0)), 1.0);
     assert_eq!(grid.density(Vec3A::new(-0.5, -0.5, -1.5)), 0.25);
     assert_eq!(grid.density(Vec3A::new(0.0, -1.0, -1.0)), 0.0);
-}
-
-#[test]
-fn a_span_of_a_billion_voxels_costs_what_its_voxels_cost() {
-    let mut values = vec![0f32; 512];
-    values[100] = 1.0;
-    let origin = |i: i32| [(i * 1_000_000) & !7, (i * 777_777 - 400_000_000) & !7, (i * i * 900) & !7];
-    let leaves = (0..1000).map(|i| (origin(i), &values[..])).collect();
-    let (grid, report) = BrickGrid::build(&SparseVoxels { leaves, ..Default::default() });
-    assert!(report.is_sparse);
-    // 1000 bricks of 2 KiB plus their nodes.
-    assert!(grid.memory_bytes() < 4 << 20, "{} bytes", grid.memory_bytes());
-    let o = IVec3::from_array(origin(500));
-    let p = (o + IVec3::new(100 >> 6, 100 >> 3 & 7, 100 & 7)).as_vec3a();
-    assert!(grid.density(p) >= 0.0 && grid.max_density() == 1.0);
 }
 
 #[test]
