@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import messages, passes, properties
+from . import cache, messages, passes, properties
 from .engine import TyndallRenderEngine
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 ENGINE = TyndallRenderEngine.bl_idname
 _CACHE = ("cachePath", "cacheMode")
-_SAMPLING = ("samples", "timeLimit", "maxBounces", "seed", "filter")
+_SAMPLING = ("samples", "noiseThreshold", "timeLimit", "maxBounces", "seed", "filter")
 #: Panels of Blender's that do not list BLENDER_RENDER, but whose settings we read.
 _FROM_EEVEE = (
     *("EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_volume"),
@@ -71,6 +71,16 @@ class TYNDALL_PT_cache(_SettingsPanel, bpy.types.Panel):
     bl_label = "Guiding cache"
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender's own attribute
     names = _CACHE
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel."""
+        super().draw(context)
+        column = self.layout.column(align=True)
+        for line in cache.lines(context.scene, context.view_layer):
+            column.label(text=line)
+        row = self.layout.row()
+        row.operator("tyndall.train_cache")
+        row.operator("tyndall.clear_cache")
 
 
 class TYNDALL_PT_film(_Panel, bpy.types.Panel):

@@ -15,7 +15,7 @@ import tyndall
 from gpu_extras.presets import draw_texture_2d
 from tyndall.messages import Messages
 
-from . import messages
+from . import cache, messages
 from .final import changed_geometry
 from .properties import render_settings
 from .sync import camera as cameras
@@ -139,7 +139,10 @@ class Viewport:
         size: tuple[int, int],
     ) -> None:
         settings = viewport_settings(
-            depsgraph.scene_eval, size, int(engine.get_preview_pixel_size(context.scene))
+            depsgraph.scene_eval,
+            depsgraph.view_layer_eval,
+            size,
+            int(engine.get_preview_pixel_size(context.scene)),
         )
         camera = cameras.read_view(context.region_data, context.space_data.clip_end)
         is_moved = self._sync.sync_camera(camera, Messages())
@@ -159,7 +162,9 @@ class Viewport:
             messages.publish(self._scene_name, messages.Report(job.diagnostics))
 
 
-def viewport_settings(scene: bpy.types.Scene, size: tuple[int, int], pixel_size: int) -> dict[str, Any]:
+def viewport_settings(
+    scene: bpy.types.Scene, layer: bpy.types.ViewLayer, size: tuple[int, int], pixel_size: int
+) -> dict[str, Any]:
     """Return the core's settings for a viewport of so many pixels."""
     resolution = [max(n // max(pixel_size, 1), 1) for n in size]
     return render_settings(scene) | {
@@ -170,7 +175,7 @@ def viewport_settings(scene: bpy.types.Scene, size: tuple[int, int], pixel_size:
         "samples": scene.tyndall.viewport_samples,
         "timeLimit": 0.0,
         # A cache belongs to the shot, not to looking around in it.
-        "cacheMode": "read",
+        **cache.viewport_settings(scene, layer),
     }
 
 

@@ -53,7 +53,9 @@ def passes(folder: Path) -> dict[str, Any]:
         if name.startswith("use_pass_"):
             setattr(layer.tyndall, name, True)
     settings = scene.render.image_settings
-    settings.media_type, settings.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
+    if bpy.app.version >= (5, 0, 0):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER"
     said = render()
     return {"said": said, "report": messages.last(scene.name).text()}
 
@@ -186,7 +188,7 @@ def viewport(folder: Path) -> dict[str, Any]:
     above[2, 3] = 6.0
     sync.sync_camera(tyndall.prims.Camera(world_from_camera=above), Messages())
     scene.tyndall.viewport_samples = 1_000_000
-    settings = viewport_settings(scene, (320, 240), 2)
+    settings = viewport_settings(scene, bpy.context.view_layer, (320, 240), 2)
     job = Job(sync.delegate.commit(), settings)
     deadline, shapes = time.monotonic() + 60.0, []
     while len(shapes) < 3 and time.monotonic() < deadline:
