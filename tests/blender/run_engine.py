@@ -18,6 +18,8 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 import shots  # noqa: E402
 import tyndall  # noqa: E402
+from cases_caches_and_grids import CASES as CASES_OF_GRIDS  # noqa: E402
+from still_life import render, still_life  # noqa: E402
 from tyndall.messages import Messages  # noqa: E402
 
 import blender_addon  # noqa: E402
@@ -25,24 +27,6 @@ from blender_addon import messages  # noqa: E402
 from blender_addon.final import changed_geometry  # noqa: E402
 from blender_addon.sync.scene import SceneSync  # noqa: E402
 from blender_addon.viewport import Job, viewport_settings  # noqa: E402
-
-
-def still_life(folder: Path, samples: int = 4) -> Any:
-    """Return a scene with a floor, a lamp and fog that writes to FOLDER/image####.exr."""
-    scene = shots.new_scene("TYNDALL", resolution=(32, 24))
-    shots.ball(Base_Color=(0.6, 0.3, 0.1, 1))
-    shots.material(shots.cube(1.0, location=(1, 0, 1)), "ShaderNodeVolumePrincipled", "Volume")
-    shots.set_samples(scene, samples, 0)
-    scene.render.filepath = f"{folder}/image"
-    return scene
-
-
-def render(*, animation: bool = False) -> str:
-    """Render and return what the operator says."""
-    try:
-        return ",".join(bpy.ops.render.render(write_still=not animation, animation=animation))
-    except RuntimeError as error:
-        return f"error: {error}"
 
 
 def passes(folder: Path) -> dict[str, Any]:
@@ -241,7 +225,7 @@ def again(folder: Path) -> dict[str, Any]:
 
 
 _ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)
-CASES = {f.__name__: f for f in (*_ALL, time_limit, edits, viewport, speed, again)}
+CASES = {f.__name__: f for f in (*_ALL, *CASES_OF_GRIDS, time_limit, edits, viewport, speed, again)}
 
 code = 0
 try:

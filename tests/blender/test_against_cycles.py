@@ -26,6 +26,10 @@ SEEDS = 4
 SAMPLES = 64
 #: Largest relative difference of means that counts as agreement, beyond noise.
 AGREEMENT = 0.01
+#: One of each kind; make test has no time for all of them.
+_FEW = frozenset(
+    {"area", "sun", "hdri", "parallel camera", "cube", "world fog", "overlap", "plastic", "glass"}
+)
 _EXACT = (
     *("point", "sphere", "spot", "area", "ellipse", "spread", "sun", "mesh light"),
     *("hdri", "shifted camera", "parallel camera"),
@@ -58,11 +62,17 @@ def assert_agrees(shot: str, folder: Path, *extra: str) -> None:
         )
 
 
-@pytest.mark.parametrize("shot", _EXACT)
+def cases(*shots: str) -> list[pytest.param]:
+    """Return shots as parameters; most of them are long."""
+    return [pytest.param(shot, marks=() if shot in _FEW else pytest.mark.long) for shot in shots]
+
+
+@pytest.mark.parametrize("shot", cases(*_EXACT))
 def test_means(shot: str, tmp_path: Path) -> None:
     assert_agrees(shot, tmp_path)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scale", ["1.0", "1.7"])
 def test_grid(scale: str, tmp_path: Path) -> None:
     """A cloud in a file; in object space, scaling it does not make it thicker."""

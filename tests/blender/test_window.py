@@ -1,7 +1,7 @@
 """Blender as artists have it: installed from the extension, with a window (`make ui-test`).
 
-Runs in the system that scripts/setup_blender_window makes, named by TYNDALL_BLENDER_ROOT. Screenshots are left
-in out/ui.
+Runs in the system that scripts/setup_blender_window makes, named by TYNDALL_BLENDER_ROOT.
+Screenshots are left in out/ui.
 """
 
 from __future__ import annotations
