@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 _HALF_MAX = 65504.0
 
 
+#: Screen pixels along each side of a pixel in the first picture after an edit.
+_COARSE = 4
+
+
 class Job:
     """One render in a thread; the picture and what went wrong can be asked for at any time."""
 
@@ -38,7 +42,9 @@ class Job:
         self._lock = threading.Lock()
         self._image: np.ndarray | None = None
         self.error: str | None = None
+        #: Samples per pixel of the last picture; 0 of the coarse one.
         self.samples = 0
+        self.has_shown = False
         self.diagnostics: list[tyndall.Diagnostic] = []
         self._thread = threading.Thread(target=self._run, name="tyndall-viewport", daemon=True)
         self._thread.start()
@@ -61,27 +67,40 @@ class Job:
 
     def _run(self) -> None:
         try:
-            session = tyndall.Session(self._scene, self._settings)
-            self.diagnostics = session.diagnostics
-            session.preview()
-
-            def progress(_: tyndall.Progress) -> bool:
-                film = session.preview()
-                if film is not None:
-                    self._keep(film)
-                return not self._stop.is_set()
-
+            self._show_coarsely()
             if not self._stop.is_set():
-                film = session.render(progress)
-                if film.samples > 0:
-                    self._keep(film)
+                self._render()
         except BaseException as error:
             self.error = str(error)
 
-    def _keep(self, film: tyndall.Film) -> None:
+    def _show_coarsely(self) -> None:
+        """Show one sample of few pixels: something to see at once, whatever the size of the view."""
+        resolution = [max(n // _COARSE, 1) for n in self._settings["resolution"]]
+        settings = self._settings | {"resolution": resolution, "samples": 1, "cachePath": ""}
+        film = tyndall.Session(self._scene, settings).render(lambda _: not self._stop.is_set())
+        if film.samples > 0:
+            self._keep(film, samples=0)
+
+    def _render(self) -> None:
+        session = tyndall.Session(self._scene, self._settings)
+        self.diagnostics = session.diagnostics
+        session.preview()
+
+        def progress(_: tyndall.Progress) -> bool:
+            film = session.preview()
+            # A picture with holes is no better than a coarse one.
+            if film is not None and film.samples > 0:
+                self._keep(film, samples=film.samples)
+            return not self._stop.is_set()
+
+        film = session.render(progress)
+        if film.samples > 0:
+            self._keep(film, samples=film.samples)
+
+    def _keep(self, film: tyndall.Film, *, samples: int) -> None:
         image = np.ascontiguousarray(film.aov("rgba")[::-1])
         with self._lock:
-            self._image, self.samples = image, film.samples
+            self._image, self.samples, self.has_shown = image, samples, True
 
 
 class Viewport:

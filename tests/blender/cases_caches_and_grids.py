@@ -114,4 +114,14 @@ def grid_sequence(folder: Path) -> dict[str, Any]:
     return {"said": said, "report": messages.last(scene.name).text()}
 
 
-CASES = (cached_animation, cache_paths, nodes_volume, grid_sequence)
+def smoke_domain(folder: Path) -> dict[str, Any]:
+    """A domain of smoke that has not been baked."""
+    scene = still_life(folder)
+    modifier = scene.objects["Cube"].modifiers.new("Smoke", "FLUID")
+    modifier.fluid_type = "DOMAIN"
+    modifier.domain_settings.domain_type = "GAS"
+    said = render()
+    return {"said": said, "report": messages.last(scene.name).text()}
+
+
+CASES = (cached_animation, cache_paths, nodes_volume, grid_sequence, smoke_domain)

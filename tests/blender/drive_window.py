@@ -81,7 +81,7 @@ def picture_after(name: str, edit: Callable[[], object]) -> Iterator[Any]:
     start = time.monotonic()
     edit()
     yield f"{name}: new render", lambda: job() is not None and job() is not before
-    yield f"{name}: first sample", lambda: job().samples >= 1
+    yield f"{name}: first picture", lambda: job().has_shown or job().error is not None
     first = time.monotonic() - start
     yield f"{name}: samples", lambda: job().samples >= ENOUGH or job().error is not None
     yield f"{name}: drawn", pause(1.0)
@@ -226,6 +226,8 @@ def panel_story() -> Iterator[Any]:
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.4)
     area("VIEW_3D").ui_type = "PROPERTIES"
     editors = [a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "PROPERTIES"]
+    # Until it is drawn, an editor does not know which tabs it has.
+    yield "new editors", pause(2.0)
     for tab in ("RENDER", "VIEW_LAYER", "OUTPUT", "WORLD", "MATERIAL", "DATA"):
         for editor in editors:
             editor.spaces[0].context = tab

@@ -122,8 +122,10 @@ def test_a_viewport_shows_better_and_better_pictures_and_stops_at_once(tmp_path:
     assert seen["error"] is None
     assert seen["resolution"] == [160, 120]
     assert len(seen["images"]) == 3
-    for height, width, channels, is_finite, mean in seen["images"]:
-        assert (height, width, channels, is_finite) == (120, 160, 4, True)
+    sizes = [(height, width) for height, width, *_ in seen["images"]]
+    assert sizes == [(30, 40), (120, 160), (120, 160)], "a coarse picture comes first"
+    for _, _, channels, is_finite, mean in seen["images"]:
+        assert (channels, is_finite) == (4, True)
         assert mean > 0
     # Asked: 0.3 s of an idle machine.
     assert seen["stop"] < 1.0
@@ -189,6 +191,12 @@ def test_sequences_of_grids(tmp_path: Path) -> None:
     assert middle[:3] == pytest.approx(expected, rel=0.1)
     assert middle[3] == 0
     assert "fog_0004.vdb" in seen["report"]
+
+
+def test_smoke_domains_are_named_and_are_no_boxes_of_fog(tmp_path: Path) -> None:
+    seen = play("smoke_domain", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert "error: Cube: smoke domains are not supported" in seen["report"]
 
 
 def test_register_twice(tmp_path: Path) -> None:
