@@ -6,7 +6,9 @@ What is expensive to build survives edits in the core; only what changed is buil
 
 from __future__ import annotations
 
+import contextlib
 import threading
+import weakref
 from typing import TYPE_CHECKING, Any
 
 import gpu
@@ -22,6 +24,8 @@ from .sync import camera as cameras
 from .sync.scene import SceneSync
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import bpy
 
 #: Largest number of a half float: beyond it, textures turn black.
@@ -35,9 +39,14 @@ _COARSE = 4
 class Job:
     """One render in a thread; the picture and what went wrong can be asked for at any time."""
 
-    def __init__(self, scene: tyndall.Scene, settings: dict[str, Any]) -> None:
+    def __init__(
+        self, scene: tyndall.Scene, settings: dict[str, Any], notify: Callable[[], None] = lambda: None
+    ) -> None:
+        """Begin; `notify` is called from the thread when there is something new, and at the end."""
         self._scene = scene
         self._settings = settings
+        self._notify = notify
+        self.is_running = True
         self._stop = threading.Event()
         self._lock = threading.Lock()
         self._image: np.ndarray | None = None
@@ -49,15 +58,12 @@ class Job:
         self._thread = threading.Thread(target=self._run, name="tyndall-viewport", daemon=True)
         self._thread.start()
 
-    @property
-    def is_running(self) -> bool:
-        """Whether there may be a better picture soon."""
-        return self._thread.is_alive()
-
     def stop(self) -> None:
         """End the render and wait for it."""
         self._stop.set()
-        self._thread.join()
+        # Blender may give the engine up while this thread is the last that holds it.
+        if self._thread is not threading.current_thread():
+            self._thread.join()
 
     def take_image(self) -> np.ndarray | None:
         """Return the picture if there is a new one: shape (height, width, 4), row 0 at the bottom."""
@@ -72,6 +78,8 @@ class Job:
                 self._render()
         except BaseException as error:
             self.error = str(error)
+        self.is_running = False
+        self._notify()
 
     def _show_coarsely(self) -> None:
         """Show one sample of few pixels: something to see at once, whatever the size of the view."""
@@ -101,6 +109,7 @@ class Job:
         image = np.ascontiguousarray(film.aov("rgba")[::-1])
         with self._lock:
             self._image, self.samples, self.has_shown = image, samples, True
+        self._notify()
 
 
 class Viewport:
@@ -147,8 +156,6 @@ class Viewport:
         if self._texture is not None:
             _draw(engine, context.scene, self._texture, (region.width, region.height))
         self._tell(engine, job)
-        if job.is_running or image is not None:
-            engine.tag_redraw()
 
     def _follow(
         self,
@@ -170,7 +177,7 @@ class Viewport:
             return
         self.stop()
         self._is_stale, self._shot = False, shot
-        self._job = Job(self._sync.delegate.commit(), settings)
+        self._job = Job(self._sync.delegate.commit(), settings, _redraw(engine))
 
     def _tell(self, engine: bpy.types.RenderEngine, job: Job) -> None:
         if job.error:
@@ -179,6 +186,20 @@ class Viewport:
             engine.update_stats("Tyndall", f"{job.samples} samples")
         if not job.is_running and self._scene_name:
             messages.publish(self._scene_name, messages.Report(job.diagnostics))
+
+
+def _redraw(engine: bpy.types.RenderEngine) -> Callable[[], None]:
+    """Return what has Blender draw anew; it does not keep the engine, whose end ends the render."""
+    kept = weakref.ref(engine)
+
+    def redraw() -> None:
+        living = kept()
+        # Blender frees an engine before Python's side of it goes.
+        with contextlib.suppress(ReferenceError):
+            if living is not None:
+                living.tag_redraw()
+
+    return redraw
 
 
 def viewport_settings(

@@ -102,6 +102,7 @@ def build() -> None:
     scene = bpy.context.scene
     scene.render.engine = "TYNDALL"
     scene.render.resolution_x, scene.render.resolution_y = 160, 120
+    scene.render.preview_pixel_size = "2"
     scene.render.filepath = str(FOLDER / "render.png")
     scene.render.image_settings.file_format = "PNG"
     shots.set_samples(scene, ENOUGH, 0)
