@@ -23,8 +23,8 @@ _FROM_EEVEE = (
     *("MATERIAL_PT_preview", "DATA_PT_EEVEE_light", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture"),
     "RENDER_PT_eevee_film",
 )
-#: Panels of Blender's about what this engine does not do.
-_NOT_OURS = frozenset({"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes"})
+#: Panels of Blender's about what this engine does not do, or that another one holds too.
+_NOT_OURS = frozenset({"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "DATA_PT_light"})
 _ICONS = {"error": "CANCEL", "warning": "ERROR", "info": "INFO"}
 
 
@@ -127,7 +127,26 @@ class TYNDALL_PT_passes(_Panel, bpy.types.Panel):
                 column.prop(layer if p.is_blenders else layer.tyndall, p.attribute)
 
 
+class TYNDALL_PT_spread(_Panel, bpy.types.Panel):
+    """The honeycomb of area lights, which EEVEE does not know."""
+
+    bl_label = "Beam shape"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only of area lights."""
+        return super().poll(context) and context.light is not None and context.light.type == "AREA"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel."""
+        column = self.layout.column()
+        column.use_property_split = True
+        column.prop(context.light, "spread")
+
+
 _CLASSES = (
+    TYNDALL_PT_spread,
     TYNDALL_PT_sampling,
     TYNDALL_PT_guiding,
     TYNDALL_PT_cache,
@@ -140,9 +159,11 @@ _CLASSES = (
 def _blenders_panels() -> Iterator[type[bpy.types.Panel]]:
     for cls in bpy.types.Panel.__subclasses__():
         engines = getattr(cls, "COMPAT_ENGINES", None)
-        if engines is None or cls.__name__ in _NOT_OURS:
+        # A panel's twin in the node editor shares its set of engines.
+        name = cls.__name__.removeprefix("NODE_")
+        if engines is None or name in _NOT_OURS:
             continue
-        if "BLENDER_RENDER" in engines or cls.__name__ in _FROM_EEVEE:
+        if "BLENDER_RENDER" in engines or name in _FROM_EEVEE:
             yield cls
 
 

@@ -220,8 +220,9 @@ def again(folder: Path) -> dict[str, Any]:
     blender_addon.unregister()
     blender_addon.register()
     scene = still_life(folder)
-    panel = bpy.types.RENDER_PT_format if hasattr(bpy.types, "RENDER_PT_format") else None
-    return {"said": render(), "engine": scene.render.engine, "panel": panel is not None}
+    names = ("DATA_PT_light", "DATA_PT_EEVEE_light")
+    lights = [name for name in names if "TYNDALL" in getattr(bpy.types, name).COMPAT_ENGINES]
+    return {"said": render(), "engine": scene.render.engine, "panels of lights": lights}
 
 
 _ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)

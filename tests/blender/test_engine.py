@@ -200,4 +200,6 @@ def test_smoke_domains_are_named_and_are_no_boxes_of_fog(tmp_path: Path) -> None
 
 
 def test_register_twice(tmp_path: Path) -> None:
-    assert play("again", tmp_path)["said"] == "FINISHED"
+    seen = play("again", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert seen["panels of lights"] == ["DATA_PT_EEVEE_light"], "one panel, not two that say the same"
