@@ -7,16 +7,18 @@ export PYO3_PYTHON := $(CURDIR)/$(BIN)/python
 THREADS ?= 2
 # The picture is done when either is reached.
 DEMO_LIMITS ?= --spp 48 --time 45
+# A Debian of its own, with Blender and an X server.
+BLENDER_ROOT ?= out/blender_window
 # Extra arguments, e.g. `make bench ARGS="--scenes kitchen"`.
 ARGS ?=
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
 .PHONY: help setup build demo test bench docs format clean
-.PHONY: lint lint-rust lint-python test-rust test-python blender-extension
+.PHONY: lint lint-rust lint-python test-rust test-python test-blender-all ui-test blender-extension
 
 help: ## list the targets
-	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 18
 
 setup: $(STAMPS)/build ## the virtual environment in .venv
 
@@ -43,8 +45,17 @@ lint-python: build $(STAMPS)/test
 test-rust: setup
 	scripts/cargo_tests
 
-test-python: build $(STAMPS)/test
-	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS)
+test-python: build $(STAMPS)/blender
+	$(BIN)/python -m pytest -n 2 --dist worksteal -m "not long" $(ARGS)
+
+test-blender-all: build $(STAMPS)/blender ## every comparison with Cycles, in Blender 4.2, 4.5, 5.0 and 5.2
+	rm -rf out/wheel
+	$(BIN)/maturin build --release --manifest-path crates/tyndall-py/Cargo.toml --out out/wheel
+	scripts/test_blender_all out/wheel/*.whl out/blender $(ARGS)
+
+ui-test: blender-extension ## Blender with a window, installed from the extension; screenshots in out/ui (root)
+	scripts/setup_blender_window $(BLENDER_ROOT)
+	TYNDALL_BLENDER_ROOT=$(BLENDER_ROOT) $(BIN)/python -m pytest tests/blender/test_window.py $(ARGS)
 
 bench: build $(STAMPS)/bench ## speed and error against time beside Cycles and Mitsuba 3; JSON in out/bench
 	scripts/setup_bench

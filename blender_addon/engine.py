@@ -6,7 +6,7 @@ from __future__ import annotations
 import bpy
 import tyndall
 
-from . import final, passes, viewport
+from . import cache, final, passes, viewport
 from .messages import LOG
 from .sync.camera import read_frame
 
@@ -36,7 +36,7 @@ class TyndallRenderEngine(bpy.types.RenderEngine):
         self.end_result(self.begin_result(0, 0, width, height, layer=depsgraph.view_layer_eval.name))
         try:
             final.render(self, depsgraph)
-        except final.RenderFailure as failure:
+        except (final.RenderFailure, cache.PathError) as failure:
             self.report({"ERROR"}, f"Tyndall: {failure}")
         except tyndall.Error as error:
             self.report({"ERROR"}, f"Tyndall: {error}")

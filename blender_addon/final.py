@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import tyndall
+from tyndall.cache import metadata
 from tyndall.messages import Messages
 
-from . import compat, messages, passes
+from . import cache, compat, messages, passes
 from .properties import render_settings
 from .sync import camera as cameras
 from .sync.scene import SceneSync
@@ -70,6 +71,8 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
     }
     if engine.is_preview:
         settings |= {"samples": min(settings["samples"], _PREVIEW_SAMPLES), "cachePath": ""}
+    else:
+        settings |= cache.final_settings(scene, layer)
     engine.update_stats("", "Building")
     session = tyndall.Session(sync.delegate.commit(), settings)
     if not engine.is_preview:
@@ -77,6 +80,8 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
     _Render(engine, session, wanted, layer.name, is_transparent=scene.render.film_transparent).run(
         float(scene.frame_current)
     )
+    if not engine.is_preview:
+        cache.remember(scene, session.statistics)
 
 
 def _scene_sync(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> SceneSync:
@@ -188,9 +193,8 @@ class _Render:
             "tyndall:version": tyndall.version,
             "tyndall:samples": str(film.samples),
             "tyndall:seconds": f"{statistics['seconds']['render']:.3f}",
+            **metadata(statistics),
         }
-        if "cache" in statistics:
-            fields["tyndall:cache"] = str(statistics["cache"])
         for name, value in fields.items():
             result.stamp_data_add_field(name, value)
 

@@ -3,9 +3,15 @@
 
 from __future__ import annotations
 
-import bpy
+from typing import TYPE_CHECKING
 
-from . import messages
+import bpy
+import tyndall
+
+from . import cache, messages
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 
 class TYNDALL_OT_copy_report(bpy.types.Operator):
@@ -25,11 +31,73 @@ class TYNDALL_OT_copy_report(bpy.types.Operator):
         return {"FINISHED"}
 
 
+class TYNDALL_OT_train_cache(bpy.types.Operator):
+    """Render this frame and learn its guiding cache from nothing."""
+
+    bl_idname = "tyndall.train_cache"
+    bl_label = "Train"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only if there is a file to learn for."""
+        return _file(context) is not None
+
+    def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
+        """Render as F12 does."""
+        cache.train_next(context.scene)
+        return bpy.ops.render.render("INVOKE_DEFAULT")
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Render and wait, for scripts."""
+        cache.train_next(context.scene)
+        return bpy.ops.render.render()
+
+
+class TYNDALL_OT_clear_cache(bpy.types.Operator):
+    """Delete the guiding cache's file."""
+
+    bl_idname = "tyndall.clear_cache"
+    bl_label = "Clear"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only if there is one."""
+        file = _file(context)
+        return file is not None and file.is_file()
+
+    def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
+        """Ask first."""
+        return context.window_manager.invoke_confirm(self, event)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Delete what is a cache, and nothing else."""
+        file = _file(context)
+        try:
+            tyndall.read_cache_info(file)
+            file.unlink()
+        except (tyndall.FileError, OSError) as error:
+            self.report({"ERROR"}, f"Tyndall: not deleted: {error}")
+            return {"CANCELLED"}
+        return {"FINISHED"}
+
+
+def _file(context: bpy.types.Context) -> Path | None:
+    try:
+        return cache.file_of(context.scene, context.view_layer)
+    except cache.PathError:
+        return None
+
+
+_CLASSES = (TYNDALL_OT_copy_report, TYNDALL_OT_train_cache, TYNDALL_OT_clear_cache)
+
+
 def register() -> None:
     """Add the operators."""
-    bpy.utils.register_class(TYNDALL_OT_copy_report)
+    for cls in _CLASSES:
+        bpy.utils.register_class(cls)
 
 
 def unregister() -> None:
     """Remove them."""
-    bpy.utils.unregister_class(TYNDALL_OT_copy_report)
+    for cls in reversed(_CLASSES):
+        bpy.utils.unregister_class(cls)

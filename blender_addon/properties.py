@@ -10,6 +10,7 @@ import tyndall
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
 from . import passes
+from .cache import PLACEHOLDERS
 
 #: Settings that Blender has elsewhere: camera, resolution, performance; and the passes.
 _BLENDERS_OWN = frozenset({"camera", "resolution", "pixelAspect", "threads", "aovs"})
@@ -42,6 +43,9 @@ def _property(spec: dict[str, Any]) -> Any:  # noqa: ANN401 - Blender's deferred
             return EnumProperty(items=items, default=spec["default"], **common)
         case "string":
             is_path = spec["name"].lower().endswith("path")
+            if spec["name"] == "cachePath":
+                known = ", ".join(f"{{{name}}}" for name in PLACEHOLDERS)
+                common["description"] += f". {known} stand for names"
             return StringProperty(
                 default=spec["default"], subtype="FILE_PATH" if is_path else "NONE", **common
             )
@@ -78,11 +82,12 @@ class TyndallViewLayerSettings(bpy.types.PropertyGroup):
 
 
 def render_settings(scene: bpy.types.Scene) -> dict[str, Any]:
-    """Return the core's settings as the scene has them, without those that Blender has elsewhere."""
+    """Return the core's settings as the scene has them, without those that Blender has elsewhere.
+
+    The cache's path is as it was typed; `cache.py` makes a file's name of it.
+    """
     group = scene.tyndall
     settings = {name: getattr(group, attribute) for name, attribute in ATTRIBUTES.items()}
-    if settings["cachePath"]:
-        settings["cachePath"] = bpy.path.abspath(settings["cachePath"])
     settings["threads"] = scene.render.threads if scene.render.threads_mode == "FIXED" else 0
     return settings
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import bpy
 
-from . import messages, passes, properties
+from . import cache, messages, passes, properties
 from .engine import TyndallRenderEngine
 
 if TYPE_CHECKING:
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 ENGINE = TyndallRenderEngine.bl_idname
 _CACHE = ("cachePath", "cacheMode")
-_SAMPLING = ("samples", "timeLimit", "maxBounces", "seed", "filter")
+_SAMPLING = ("samples", "noiseThreshold", "timeLimit", "maxBounces", "seed", "filter")
 #: Panels of Blender's that do not list BLENDER_RENDER, but whose settings we read.
 _FROM_EEVEE = (
     *("EEVEE_MATERIAL_PT_context_material", "EEVEE_MATERIAL_PT_surface", "EEVEE_MATERIAL_PT_volume"),
@@ -23,8 +23,8 @@ _FROM_EEVEE = (
     *("MATERIAL_PT_preview", "DATA_PT_EEVEE_light", "DATA_PT_camera_dof", "DATA_PT_camera_dof_aperture"),
     "RENDER_PT_eevee_film",
 )
-#: Panels of Blender's about what this engine does not do.
-_NOT_OURS = frozenset({"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes"})
+#: Panels of Blender's about what this engine does not do, or that another one holds too.
+_NOT_OURS = frozenset({"VIEWLAYER_PT_filter", "VIEWLAYER_PT_layer_passes", "DATA_PT_light"})
 _ICONS = {"error": "CANCEL", "warning": "ERROR", "info": "INFO"}
 
 
@@ -72,6 +72,16 @@ class TYNDALL_PT_cache(_SettingsPanel, bpy.types.Panel):
     bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender's own attribute
     names = _CACHE
 
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel."""
+        super().draw(context)
+        column = self.layout.column(align=True)
+        for line in cache.lines(context.scene, context.view_layer):
+            column.label(text=line)
+        row = self.layout.row()
+        row.operator("tyndall.train_cache")
+        row.operator("tyndall.clear_cache")
+
 
 class TYNDALL_PT_film(_Panel, bpy.types.Panel):
     """Transparent film."""
@@ -117,7 +127,26 @@ class TYNDALL_PT_passes(_Panel, bpy.types.Panel):
                 column.prop(layer if p.is_blenders else layer.tyndall, p.attribute)
 
 
+class TYNDALL_PT_spread(_Panel, bpy.types.Panel):
+    """The honeycomb of area lights, which EEVEE does not know."""
+
+    bl_label = "Beam shape"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only of area lights."""
+        return super().poll(context) and context.light is not None and context.light.type == "AREA"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel."""
+        column = self.layout.column()
+        column.use_property_split = True
+        column.prop(context.light, "spread")
+
+
 _CLASSES = (
+    TYNDALL_PT_spread,
     TYNDALL_PT_sampling,
     TYNDALL_PT_guiding,
     TYNDALL_PT_cache,
@@ -130,9 +159,11 @@ _CLASSES = (
 def _blenders_panels() -> Iterator[type[bpy.types.Panel]]:
     for cls in bpy.types.Panel.__subclasses__():
         engines = getattr(cls, "COMPAT_ENGINES", None)
-        if engines is None or cls.__name__ in _NOT_OURS:
+        # A panel's twin in the node editor shares its set of engines.
+        name = cls.__name__.removeprefix("NODE_")
+        if engines is None or name in _NOT_OURS:
             continue
-        if "BLENDER_RENDER" in engines or cls.__name__ in _FROM_EEVEE:
+        if "BLENDER_RENDER" in engines or name in _FROM_EEVEE:
             yield cls
 
 

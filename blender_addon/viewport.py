@@ -6,7 +6,9 @@ What is expensive to build survives edits in the core; only what changed is buil
 
 from __future__ import annotations
 
+import contextlib
 import threading
+import weakref
 from typing import TYPE_CHECKING, Any
 
 import gpu
@@ -15,43 +17,53 @@ import tyndall
 from gpu_extras.presets import draw_texture_2d
 from tyndall.messages import Messages
 
-from . import messages
+from . import cache, messages
 from .final import changed_geometry
 from .properties import render_settings
 from .sync import camera as cameras
 from .sync.scene import SceneSync
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import bpy
 
 #: Largest number of a half float: beyond it, textures turn black.
 _HALF_MAX = 65504.0
 
 
+#: Screen pixels along each side of a pixel in the first picture after an edit.
+_COARSE = 4
+
+
 class Job:
     """One render in a thread; the picture and what went wrong can be asked for at any time."""
 
-    def __init__(self, scene: tyndall.Scene, settings: dict[str, Any]) -> None:
+    def __init__(
+        self, scene: tyndall.Scene, settings: dict[str, Any], notify: Callable[[], None] = lambda: None
+    ) -> None:
+        """Begin; `notify` is called from the thread when there is something new, and at the end."""
         self._scene = scene
         self._settings = settings
+        self._notify = notify
+        self.is_running = True
         self._stop = threading.Event()
         self._lock = threading.Lock()
         self._image: np.ndarray | None = None
         self.error: str | None = None
+        #: Samples per pixel of the last picture; 0 of the coarse one.
         self.samples = 0
+        self.has_shown = False
         self.diagnostics: list[tyndall.Diagnostic] = []
         self._thread = threading.Thread(target=self._run, name="tyndall-viewport", daemon=True)
         self._thread.start()
 
-    @property
-    def is_running(self) -> bool:
-        """Whether there may be a better picture soon."""
-        return self._thread.is_alive()
-
     def stop(self) -> None:
         """End the render and wait for it."""
         self._stop.set()
-        self._thread.join()
+        # Blender may give the engine up while this thread is the last that holds it.
+        if self._thread is not threading.current_thread():
+            self._thread.join()
 
     def take_image(self) -> np.ndarray | None:
         """Return the picture if there is a new one: shape (height, width, 4), row 0 at the bottom."""
@@ -61,27 +73,43 @@ class Job:
 
     def _run(self) -> None:
         try:
-            session = tyndall.Session(self._scene, self._settings)
-            self.diagnostics = session.diagnostics
-            session.preview()
-
-            def progress(_: tyndall.Progress) -> bool:
-                film = session.preview()
-                if film is not None:
-                    self._keep(film)
-                return not self._stop.is_set()
-
+            self._show_coarsely()
             if not self._stop.is_set():
-                film = session.render(progress)
-                if film.samples > 0:
-                    self._keep(film)
+                self._render()
         except BaseException as error:
             self.error = str(error)
+        self.is_running = False
+        self._notify()
 
-    def _keep(self, film: tyndall.Film) -> None:
+    def _show_coarsely(self) -> None:
+        """Show one sample of few pixels: something to see at once, whatever the size of the view."""
+        resolution = [max(n // _COARSE, 1) for n in self._settings["resolution"]]
+        settings = self._settings | {"resolution": resolution, "samples": 1, "cachePath": ""}
+        film = tyndall.Session(self._scene, settings).render(lambda _: not self._stop.is_set())
+        if film.samples > 0:
+            self._keep(film, samples=0)
+
+    def _render(self) -> None:
+        session = tyndall.Session(self._scene, self._settings)
+        self.diagnostics = session.diagnostics
+        session.preview()
+
+        def progress(_: tyndall.Progress) -> bool:
+            film = session.preview()
+            # A picture with holes is no better than a coarse one.
+            if film is not None and film.samples > 0:
+                self._keep(film, samples=film.samples)
+            return not self._stop.is_set()
+
+        film = session.render(progress)
+        if film.samples > 0:
+            self._keep(film, samples=film.samples)
+
+    def _keep(self, film: tyndall.Film, *, samples: int) -> None:
         image = np.ascontiguousarray(film.aov("rgba")[::-1])
         with self._lock:
-            self._image, self.samples = image, film.samples
+            self._image, self.samples, self.has_shown = image, samples, True
+        self._notify()
 
 
 class Viewport:
@@ -128,8 +156,6 @@ class Viewport:
         if self._texture is not None:
             _draw(engine, context.scene, self._texture, (region.width, region.height))
         self._tell(engine, job)
-        if job.is_running or image is not None:
-            engine.tag_redraw()
 
     def _follow(
         self,
@@ -139,7 +165,10 @@ class Viewport:
         size: tuple[int, int],
     ) -> None:
         settings = viewport_settings(
-            depsgraph.scene_eval, size, int(engine.get_preview_pixel_size(context.scene))
+            depsgraph.scene_eval,
+            depsgraph.view_layer_eval,
+            size,
+            int(engine.get_preview_pixel_size(context.scene)),
         )
         camera = cameras.read_view(context.region_data, context.space_data.clip_end)
         is_moved = self._sync.sync_camera(camera, Messages())
@@ -148,7 +177,7 @@ class Viewport:
             return
         self.stop()
         self._is_stale, self._shot = False, shot
-        self._job = Job(self._sync.delegate.commit(), settings)
+        self._job = Job(self._sync.delegate.commit(), settings, _redraw(engine))
 
     def _tell(self, engine: bpy.types.RenderEngine, job: Job) -> None:
         if job.error:
@@ -159,7 +188,23 @@ class Viewport:
             messages.publish(self._scene_name, messages.Report(job.diagnostics))
 
 
-def viewport_settings(scene: bpy.types.Scene, size: tuple[int, int], pixel_size: int) -> dict[str, Any]:
+def _redraw(engine: bpy.types.RenderEngine) -> Callable[[], None]:
+    """Return what has Blender draw anew; it does not keep the engine, whose end ends the render."""
+    kept = weakref.ref(engine)
+
+    def redraw() -> None:
+        living = kept()
+        # Blender frees an engine before Python's side of it goes.
+        with contextlib.suppress(ReferenceError):
+            if living is not None:
+                living.tag_redraw()
+
+    return redraw
+
+
+def viewport_settings(
+    scene: bpy.types.Scene, layer: bpy.types.ViewLayer, size: tuple[int, int], pixel_size: int
+) -> dict[str, Any]:
     """Return the core's settings for a viewport of so many pixels."""
     resolution = [max(n // max(pixel_size, 1), 1) for n in size]
     return render_settings(scene) | {
@@ -170,7 +215,7 @@ def viewport_settings(scene: bpy.types.Scene, size: tuple[int, int], pixel_size:
         "samples": scene.tyndall.viewport_samples,
         "timeLimit": 0.0,
         # A cache belongs to the shot, not to looking around in it.
-        "cacheMode": "read",
+        **cache.viewport_settings(scene, layer),
     }
 
 

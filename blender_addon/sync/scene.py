@@ -187,6 +187,11 @@ class _Reading:
 
     def _read(self, thing: bpy.types.Object, kind: str, scale: float) -> _Group | None:
         path = self._unused(f"/{thing.name_full}")
+        if _is_smoke_domain(thing):
+            self._messages.error(
+                path, "smoke domains are not supported", "it is not drawn; load its cache as a Volume object"
+            )
+            return None
         if kind == "MESH" or kind in _TO_MESH:
             mesh = self._mesh(thing, path)
             return None if mesh is None else _Group(path, {path: mesh})
@@ -279,6 +284,15 @@ class _Reading:
             self._messages.warning(
                 path, f"it is hidden from {', '.join(hidden)} rays, which is not supported", "all rays see it"
             )
+
+
+def _is_smoke_domain(thing: bpy.types.Object) -> bool:
+    """Return whether a mesh stands for baked smoke: drawn as a mesh it would be a box of even fog."""
+    return any(
+        m.type == "FLUID" and m.fluid_type == "DOMAIN" and m.domain_settings.domain_type == "GAS"
+        for m in thing.modifiers
+        if m.show_render
+    )
 
 
 def _placed(prim: Prim, world: np.ndarray, instancer: str | None) -> Prim:

@@ -18,6 +18,8 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 import shots  # noqa: E402
 import tyndall  # noqa: E402
+from cases_caches_and_grids import CASES as CASES_OF_GRIDS  # noqa: E402
+from still_life import render, still_life  # noqa: E402
 from tyndall.messages import Messages  # noqa: E402
 
 import blender_addon  # noqa: E402
@@ -25,24 +27,6 @@ from blender_addon import messages  # noqa: E402
 from blender_addon.final import changed_geometry  # noqa: E402
 from blender_addon.sync.scene import SceneSync  # noqa: E402
 from blender_addon.viewport import Job, viewport_settings  # noqa: E402
-
-
-def still_life(folder: Path, samples: int = 4) -> Any:
-    """Return a scene with a floor, a lamp and fog that writes to FOLDER/image####.exr."""
-    scene = shots.new_scene("TYNDALL", resolution=(32, 24))
-    shots.ball(Base_Color=(0.6, 0.3, 0.1, 1))
-    shots.material(shots.cube(1.0, location=(1, 0, 1)), "ShaderNodeVolumePrincipled", "Volume")
-    shots.set_samples(scene, samples, 0)
-    scene.render.filepath = f"{folder}/image"
-    return scene
-
-
-def render(*, animation: bool = False) -> str:
-    """Render and return what the operator says."""
-    try:
-        return ",".join(bpy.ops.render.render(write_still=not animation, animation=animation))
-    except RuntimeError as error:
-        return f"error: {error}"
 
 
 def passes(folder: Path) -> dict[str, Any]:
@@ -53,7 +37,9 @@ def passes(folder: Path) -> dict[str, Any]:
         if name.startswith("use_pass_"):
             setattr(layer.tyndall, name, True)
     settings = scene.render.image_settings
-    settings.media_type, settings.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
+    if bpy.app.version >= (5, 0, 0):
+        settings.media_type = "MULTI_LAYER_IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER"
     said = render()
     return {"said": said, "report": messages.last(scene.name).text()}
 
@@ -186,7 +172,7 @@ def viewport(folder: Path) -> dict[str, Any]:
     above[2, 3] = 6.0
     sync.sync_camera(tyndall.prims.Camera(world_from_camera=above), Messages())
     scene.tyndall.viewport_samples = 1_000_000
-    settings = viewport_settings(scene, (320, 240), 2)
+    settings = viewport_settings(scene, bpy.context.view_layer, (320, 240), 2)
     job = Job(sync.delegate.commit(), settings)
     deadline, shapes = time.monotonic() + 60.0, []
     while len(shapes) < 3 and time.monotonic() < deadline:
@@ -234,12 +220,13 @@ def again(folder: Path) -> dict[str, Any]:
     blender_addon.unregister()
     blender_addon.register()
     scene = still_life(folder)
-    panel = bpy.types.RENDER_PT_format if hasattr(bpy.types, "RENDER_PT_format") else None
-    return {"said": render(), "engine": scene.render.engine, "panel": panel is not None}
+    names = ("DATA_PT_light", "DATA_PT_EEVEE_light")
+    lights = [name for name in names if "TYNDALL" in getattr(bpy.types, name).COMPAT_ENGINES]
+    return {"said": render(), "engine": scene.render.engine, "panels of lights": lights}
 
 
 _ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)
-CASES = {f.__name__: f for f in (*_ALL, time_limit, edits, viewport, speed, again)}
+CASES = {f.__name__: f for f in (*_ALL, *CASES_OF_GRIDS, time_limit, edits, viewport, speed, again)}
 
 code = 0
 try:

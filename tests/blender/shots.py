@@ -16,6 +16,7 @@ def new_scene(engine: str, *, resolution: tuple[int, int] = (16, 16), bounces: i
     bpy.ops.wm.read_factory_settings(use_empty=True)
     scene = bpy.context.scene
     scene.world = bpy.data.worlds.new("World")
+    use_nodes(scene.world)
     sky(0.0)
     render = scene.render
     render.engine = engine
@@ -28,6 +29,13 @@ def new_scene(engine: str, *, resolution: tuple[int, int] = (16, 16), bounces: i
     else:
         scene.tyndall.filter, scene.tyndall.max_bounces = "box", bounces + 1
     return scene
+
+
+def use_nodes(owner: Any) -> Any:
+    """Have a material or a world use nodes and return them: before Blender 5.0 they do not by themselves."""
+    if bpy.app.version < (5, 0, 0):
+        owner.use_nodes = True
+    return owner.node_tree
 
 
 def _set_cycles(cycles: Any, bounces: int) -> None:
@@ -95,7 +103,7 @@ def cube(size: float = 2.0, **where: Any) -> Any:
 def material(thing: Any, node: str, socket: str = "Surface", **inputs: Any) -> Any:
     """Give an object a material of one node; return that node."""
     made = bpy.data.materials.new(node)
-    tree = made.node_tree
+    tree = use_nodes(made)
     tree.nodes.clear()
     shader, output = tree.nodes.new(node), tree.nodes.new("ShaderNodeOutputMaterial")
     for name, value in inputs.items():

@@ -122,8 +122,10 @@ def test_a_viewport_shows_better_and_better_pictures_and_stops_at_once(tmp_path:
     assert seen["error"] is None
     assert seen["resolution"] == [160, 120]
     assert len(seen["images"]) == 3
-    for height, width, channels, is_finite, mean in seen["images"]:
-        assert (height, width, channels, is_finite) == (120, 160, 4, True)
+    sizes = [(height, width) for height, width, *_ in seen["images"]]
+    assert sizes == [(30, 40), (120, 160), (120, 160)], "a coarse picture comes first"
+    for _, _, channels, is_finite, mean in seen["images"]:
+        assert (channels, is_finite) == (4, True)
         assert mean > 0
     # Asked: 0.3 s of an idle machine.
     assert seen["stop"] < 1.0
@@ -138,5 +140,66 @@ def test_large_scenes_are_translated_quickly(tmp_path: Path) -> None:
     assert seen["instancing"] < 2.0, seen
 
 
+def test_an_animation_with_a_guiding_cache(tmp_path: Path) -> None:
+    seen = play("cached_animation", tmp_path)
+    assert seen["file"] == "cache/shot.Scene.tyc"
+    assert all(said == "FINISHED" for said, *_ in seen["answers"]), seen
+    last = [lines[-1] for lines in seen["answers"]]
+    assert "there was no file" in last[0]
+    assert last[1] == last[2] == "last render: hit"
+    assert "partly stale (changed: geometry" in last[3]
+    assert last[4] == last[5] == "last render: hit"
+    assert seen["frames"][0] == 1
+    assert seen["frames"][-1] > 1, seen["frames"]
+    assert seen["trained"] == ["FINISHED", 6.0], "learned anew, from the frame that was rendered"
+    assert seen["cleared"] == ["FINISHED", False]
+    first, second = (exr.read_rgb(tmp_path / f"image{frame:04d}.exr") for frame in (1, 2))
+    assert exr.read_header(tmp_path / "image0002.exr")["tyndall:cache:status"] == "hit"
+    assert (first != second).any(), "a guide that is better from the start draws other samples"
+    assert abs(first.mean() / second.mean() - 1) < 0.05
+
+
+def test_cache_paths_that_name_no_file(tmp_path: Path) -> None:
+    seen = play("cache_paths", tmp_path)
+    for (said, line), words in zip(
+        seen["said"], ("not saved yet", "{shot}, which means nothing", "'}'"), strict=True
+    ):
+        assert said.startswith("error"), said
+        assert words in said
+        assert words in line
+    assert seen["is kept"], "what is no cache is never deleted"
+    assert "not deleted" in seen["cleared"]
+
+
+def test_volumes_of_geometry_nodes(tmp_path: Path) -> None:
+    seen = play("nodes_volume", tmp_path)
+    assert seen["said"] == ["FINISHED", "FINISHED"]
+    assert not seen["report"]
+    mesh, grid = (exr.read_rgb(tmp_path / f"{name}.exr") for name in ("mesh", "grid"))
+    # The grid's edge is a voxel wide, a 40th of the cube.
+    assert np.abs(mesh - grid).mean() < 0.1 * mesh.mean()
+    assert grid[12, 12].mean() != pytest.approx(grid[0, 0].mean(), rel=0.02)
+
+
+def test_sequences_of_grids(tmp_path: Path) -> None:
+    seen = play("grid_sequence", tmp_path)
+    assert seen["said"] == ["FINISHED", "FINISHED"]
+    images = [exr.read_layers(tmp_path / f"image{frame:04d}.exr")["rgba"] for frame in (1, 2, 3, 4)]
+    middle = [float(image[6:10, 6:10, 3].mean()) for image in images]
+    # Along the axis: density 0.3 n over 8 voxels of a quarter.
+    expected = [1 - np.exp(-0.3 * n * 2.0) for n in (1, 2, 3)]
+    assert middle[:3] == pytest.approx(expected, rel=0.1)
+    assert middle[3] == 0
+    assert "fog_0004.vdb" in seen["report"]
+
+
+def test_smoke_domains_are_named_and_are_no_boxes_of_fog(tmp_path: Path) -> None:
+    seen = play("smoke_domain", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert "error: Cube: smoke domains are not supported" in seen["report"]
+
+
 def test_register_twice(tmp_path: Path) -> None:
-    assert play("again", tmp_path)["said"] == "FINISHED"
+    seen = play("again", tmp_path)
+    assert seen["said"] == "FINISHED"
+    assert seen["panels of lights"] == ["DATA_PT_EEVEE_light"], "one panel, not two that say the same"

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tyndall
+from tyndall import cache
 
 from tyndall_usd.cli import log
 from tyndall_usd.cli.exit_codes import ExitCode
@@ -15,9 +16,6 @@ from tyndall_usd.cli.log import LOG
 
 if TYPE_CHECKING:
     import argparse
-
-#: Frames of a shot that are listed one by one.
-_LISTED_FRAMES = 12
 
 
 def run_cache(options: argparse.Namespace) -> int:
@@ -67,32 +65,9 @@ def _prune(options: argparse.Namespace) -> int:
 
 
 def _lines(info: dict[str, Any]) -> list[str]:
-    field, image = info["field"], info["image"]
-    lines = [
+    return [
         info["file"],
-        f"  {info['bytes']} bytes, written by {info['renderer'] or 'an unknown renderer'}",
-        f"  learned {info['lessons']} times, from {_frames(info['frames'])}",
-        f"  of this very scene from {info['samples']} samples a pixel",
+        *(f"  {line}" for line in cache.describe(info)),
+        "fingerprints",
+        *(f"  {digits}  {name}" for name, digits in info["fingerprints"].items()),
     ]
-    if field is not None:
-        regions = f"{field['surfaceRegions']} regions of surfaces and {field['volumeRegions']} of media"
-        lines.append(f"  field: {regions}, {field['lobes']} lobes, {field['samples']} samples")
-    if image is not None:
-        width, height = image["resolution"]
-        lines.append(
-            f"  image guide: {width}x{height}, counting for {image['samplesPerPixel']:.1f} samples a pixel"
-        )
-    if field is None and image is None:
-        lines.append("  nothing learned")
-    lines.append("fingerprints")
-    lines += [f"  {digits}  {name}" for name, digits in info["fingerprints"].items()]
-    return lines
-
-
-def _frames(frames: list[dict[str, Any]]) -> str:
-    if not frames:
-        return "no frames"
-    latest = frames[-_LISTED_FRAMES:]
-    listed = ", ".join(f"{frame['frame']:g} ({frame['samples']} spp)" for frame in latest)
-    earlier = len(frames) - len(latest)
-    return f"{earlier} frames and {listed}" if earlier else f"frame {listed}"

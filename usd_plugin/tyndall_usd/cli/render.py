@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import tyndall
 from pxr import Usd
+from tyndall import cache
 from tyndall.messages import Message, Messages
 
 from tyndall_usd.cli.checkpoint import Checkpoint
@@ -19,7 +20,7 @@ from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
 from tyndall_usd.cli.shot import Shot
-from tyndall_usd.cli.stats import Stats, cache_metadata, guide_metadata, tell_cache
+from tyndall_usd.cli.stats import Stats, guide_metadata, tell_cache
 from tyndall_usd.fingerprint import fingerprint
 from tyndall_usd.stage import first_time
 
@@ -111,7 +112,7 @@ class _Run:
         figures = {
             "tyndall:seconds": f"{seconds:.3f}",
             **guide_metadata(statistics),
-            **cache_metadata(statistics),
+            **cache.metadata(statistics),
         }
         tell_cache(statistics)
         self._write(task, frame, film, {**figures, **description.metadata})

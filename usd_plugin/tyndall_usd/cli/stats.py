@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import tyndall
+from tyndall.cache import status
 
 from tyndall_usd.cli.log import LOG
 
@@ -81,12 +82,6 @@ def guide_metadata(statistics: dict[str, Any]) -> dict[str, str]:
     return {f"tyndall:guide:{name}": str(value) for name, value in sizes.items()}
 
 
-def cache_metadata(statistics: dict[str, Any]) -> dict[str, str]:
-    """Return what an image says about its guiding cache; nothing if there was none."""
-    cache = statistics.get("cache", {})
-    return {f"tyndall:cache:{name}": cache[name] for name in ("status", "why", "mode") if cache.get(name)}
-
-
 def tell_cache(statistics: dict[str, Any]) -> None:
     """Log one line about the guiding cache, if there was one."""
     cache = statistics.get("cache")
@@ -98,5 +93,4 @@ def tell_cache(statistics: dict[str, Any]) -> None:
             cache["file"],
         )
         return
-    why = f" ({cache['why']})" if cache["why"] else ""
-    LOG.info("cache %s: %s%s", cache["file"], cache["status"], why)
+    LOG.info("cache %s: %s", cache["file"], status(statistics))
