@@ -102,7 +102,7 @@ impl Cache {
     /// Lamps that moved are doubted, not dropped. Variance of the first 16 samples, warm over cold, behind a shade in a foggy
     /// room four units wide (24 x 16 pixels, 96 seeds; taught by 128 samples): of a sphere light .93 after a step of 0.05,
     /// 1.0 of 0.2, 1.15 of 1; of a glowing sphere, which no light sampling finds, .56, .66 and 1.1. Lamps of animated
-    /// shots take small steps; one that jumps costs noise for a few passes.
+    /// shots take small steps; one that jumps costs noise.
     pub fn reuse(&mut self, now: &Fingerprint, origin: [f64; 3]) -> Reuse {
         let changes = now.changes(&self.fingerprint);
         let is_wrong = changes.iter().any(|section| section.invalidates());
