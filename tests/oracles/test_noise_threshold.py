@@ -50,7 +50,7 @@ def uniform(foggy: Shot) -> Estimate:
 def test_deciding_by_neighbours_is_no_bias(foggy: Shot, uniform: Estimate, guides: dict[str, object]) -> None:
     """Few samples and a decision that falls differently in each render: where a bias would be largest."""
     images, counts = [], []
-    for seed in range(120):
+    for seed in range(160):
         film = foggy.render(aovs=("rgba", "samples"), spp=256, seed=seed, noiseThreshold=0.04, **guides)
         images.append(film["rgba"][..., :3])
         counts.append(film["samples"])

@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-def stage(folder: Path, light: float = 5.0) -> Path:
+def stage(folder: Path, light: float = 5.0, *, lamp: float = 1.0) -> Path:
     builder = StageBuilder(24, 16)
     builder.camera((0, 0, 6), (0, 0, 0), vfov=40)
     builder.quad((-2, -2, -2), (4, 0, 0), (0, 4, 0), builder.lambert(0.6))
     builder.box((-3, -3, -3), (3, 3, 3), builder.medium(0.3, 0.9))
-    builder.sphere_light((1.0, 1.5, 0.5), 0.3, light)
-    return builder.save(folder / f"stage{light:g}.usda")
+    builder.sphere_light((lamp, 1.5, 0.5), 0.3, light)
+    return builder.save(folder / f"stage{light:g}.{lamp:g}.usda")
 
 
 def render(folder: Path, source: Path, *arguments: object) -> tuple[Any, dict[str, Any], dict[str, str]]:
@@ -43,6 +43,8 @@ def test_a_cache_is_made_hit_and_forgotten(tmp_path: Path) -> None:
     before = file.read_bytes()
     run, cache, _ = render(tmp_path, source, "--cache", file, "--cache-mode", "read", "-r", "12x8")
     assert (cache["status"], cache["why"]) == ("partly stale", "changed: camera")
+    run, cache, _ = render(tmp_path, stage(tmp_path, lamp=1.2), "--cache", file, "--cache-mode", "read")
+    assert (cache["status"], cache["why"]) == ("partly stale", "changed: geometry")
     run, cache, _ = render(tmp_path, stage(tmp_path, 7.0), "--cache", file, "--cache-mode", "read")
     assert (cache["status"], cache["why"]) == ("rebuilt", "changed: lights")
     assert file.read_bytes() == before, "read only"

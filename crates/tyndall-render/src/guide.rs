@@ -41,6 +41,10 @@ pub(crate) struct RenderGuide {
     field: Option<Field>,
     followers: Followers,
     trial: Option<TrialResult>,
+    /// A field of earlier renders that did not pay in this one: it may well pay in theirs.
+    set_aside: Option<Field>,
+    /// Whether the field knew something before this render.
+    is_recalled: bool,
     /// Lessons so far.
     epoch: u32,
     /// Samples a pixel after which nothing more is learned.
@@ -94,7 +98,17 @@ impl RenderGuide {
         let field = followers.filter(|_| has_indirect_light).map(|_| Field::new(field_settings));
         let followers = followers.unwrap_or(Followers::All);
         let last_lesson = LAST_LESSON;
-        Self { camera, field, followers, trial: None, epoch: 0, last_lesson, has_learned: false }
+        Self {
+            camera,
+            field,
+            followers,
+            trial: None,
+            set_aside: None,
+            is_recalled: false,
+            epoch: 0,
+            last_lesson,
+            has_learned: false,
+        }
     }
 
     /// A pass that takes all pixels from `first` to `end` samples comes next.
@@ -165,7 +179,9 @@ impl RenderGuide {
             let result = trial::decide(film, lessons.iter().filter_map(|of_tile| of_tile.trial.as_ref()));
             self.trial = Some(result);
             self.followers = Followers::All;
-            self.field = self.field.take().filter(|_| result.guided);
+            if !result.guided {
+                self.set_aside = self.field.take().filter(|_| self.is_recalled);
+            }
         } else if let Some(field) = &mut self.field {
             let samples: Vec<_> = lessons.into_iter().flat_map(|of_tile| of_tile.training).collect();
             field.update(&samples);

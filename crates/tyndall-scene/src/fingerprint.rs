@@ -3,8 +3,9 @@
 //! Prims are hashed as they were received, with their paths. Of files, the path is hashed and not the content: whoever
 //! overwrites one keeps its hash.
 
-use crate::prim::Prim;
+use crate::prim::{Light, Prim};
 use crate::{RenderSettings, Scene};
+use glam::DAffine3;
 use serde::Serialize;
 use std::io::{BufWriter, Write};
 
@@ -14,13 +15,14 @@ const BUFFER: usize = 1 << 16;
 /// The first half of a BLAKE3 hash of each part of a shot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SceneFingerprint {
-    /// Meshes, shapes, instancers.
+    /// Meshes, shapes, instancers, and where lights that have a place are: one that moves, as a lantern in a walk, leaves
+    /// most of what was learned nearly right.
     pub geometry: [u8; 16],
     /// Volumes and fields.
     pub media: [u8; 16],
     /// Materials.
     pub materials: [u8; 16],
-    /// Lights.
+    /// Lights; those at infinity with their orientation.
     pub lights: [u8; 16],
     /// The camera and what maps the image to it.
     pub camera: [u8; 16],
@@ -42,6 +44,11 @@ impl SceneFingerprint {
                 Prim::Volume(volume) => media.add(&(path, volume)),
                 Prim::Field(field) => media.add(&(path, field)),
                 Prim::Material(material) => materials.add(&(path, material)),
+                Prim::Light(light) if light.kind.has_place() => {
+                    geometry.add(&(path, light.world_from_light));
+                    lights
+                        .add(&(path, Light { world_from_light: DAffine3::IDENTITY, ..Light::clone(light) }));
+                }
                 Prim::Light(light) => lights.add(&(path, light)),
                 Prim::Camera(prim) if seen_through.as_ref().is_none_or(|wanted| wanted == path) => {
                     camera.add(&(path, prim));
@@ -88,9 +95,9 @@ impl Content {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::prim::{Camera, Field, FieldSource, Light, LightKind, Material, Mesh, Shaping};
+    use crate::prim::{Camera, Field, FieldSource, LightKind, Material, Mesh, Shaping};
     use crate::{DirtyBits, DistanceSampling, RenderDelegate};
-    use glam::{DAffine3, DVec3};
+    use glam::DVec3;
     use std::sync::Arc;
 
     fn light() -> Light {
@@ -154,6 +161,26 @@ mod tests {
                 assert_eq!(a != b, i == changed, "{path}, part {i}");
             }
         }
+    }
+
+    #[test]
+    fn a_lamp_that_moves_is_a_change_of_places_and_a_sun_that_turns_is_one_of_light() {
+        let settings = RenderSettings::default();
+        let lamp = |x: f64, intensity: f32| {
+            let kind = LightKind::Sphere { radius: 0.1, as_point: false };
+            let place = DAffine3::from_translation(DVec3::X * x);
+            Prim::Light(Arc::new(Light { kind, intensity, world_from_light: place, ..light() }))
+        };
+        let before = hashes(Some(("/lamp", lamp(0.0, 1.0))), &settings);
+        let moved = hashes(Some(("/lamp", lamp(2.0, 1.0))), &settings);
+        assert_eq!(SceneFingerprint { geometry: before.geometry, ..moved }, before);
+        assert_ne!(moved.geometry, before.geometry);
+        let brighter = hashes(Some(("/lamp", lamp(0.0, 2.0))), &settings);
+        assert_eq!(SceneFingerprint { lights: before.lights, ..brighter }, before);
+        assert_ne!(brighter.lights, before.lights);
+        let sun = Light { world_from_light: DAffine3::from_rotation_x(0.5), ..light() };
+        let turned = hashes(Some(("/sun", Prim::Light(Arc::new(sun)))), &settings);
+        assert_ne!(turned.lights, hashes(None, &settings).lights);
     }
 
     #[test]

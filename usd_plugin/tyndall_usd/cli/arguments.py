@@ -6,7 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING, NoReturn
 
-from tyndall_usd.cli import values
+from tyndall_usd.cli import farm_arguments, log, values
 from tyndall_usd.cli.exit_codes import UsageError
 
 if TYPE_CHECKING:
@@ -63,7 +63,12 @@ def make_parser() -> argparse.ArgumentParser:
     )
     _add_merge(commands.add_parser("merge", help="add up parts made by --sample-range", allow_abbrev=False))
     _add_cache(commands.add_parser("cache", help="look at guiding caches", allow_abbrev=False))
-    _add_job(commands.add_parser("job", help="describe a shot for render farms", allow_abbrev=False))
+    farm_arguments.add_job(
+        commands.add_parser("job", help="describe a shot for render farms", allow_abbrev=False)
+    )
+    farm_arguments.add_cluster(
+        commands.add_parser("cluster", help="render on many machines by Dask", allow_abbrev=False)
+    )
     for name in _LATER_COMMANDS:
         later = commands.add_parser(name, help=argparse.SUPPRESS, allow_abbrev=False)
         later.add_argument("rest", nargs=argparse.REMAINDER)
@@ -80,7 +85,7 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments)
     render_options: list[str] = []
-    if arguments[:1] == ["job"] and "--" in arguments:
+    if arguments[:1] in (["job"], ["cluster"]) and "--" in arguments:
         end = arguments.index("--")
         arguments, render_options = arguments[:end], arguments[end + 1 :]
     options = make_parser().parse_args(arguments)
@@ -115,13 +120,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         metavar="PRIM",
         help="the RenderSettings prim to use",
     )
-    _add_log(parser)
-
-
-def _add_log(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("-v", "--verbose", action="count", default=0, help="say more; -vv shows tracebacks")
-    parser.add_argument("-q", "--quiet", action="store_true", help="show only errors")
-    parser.add_argument("--log-json", action="store_true", help="log as one JSON object a line")
+    log.add_options(parser)
 
 
 def _add_info(parser: argparse.ArgumentParser) -> None:
@@ -134,7 +133,7 @@ def _add_merge(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("parts", metavar="PART", nargs="+", help="images made by --sample-range")
     parser.add_argument("-o", "--output", metavar="PATH", required=True, help=".exr or .png")
     parser.add_argument("--strict", action="store_true", help="exit with 3 if guiding learned in the parts")
-    _add_log(parser)
+    log.add_options(parser)
 
 
 def _add_cache(parser: argparse.ArgumentParser) -> None:
@@ -170,34 +169,7 @@ def _add_cache(parser: argparse.ArgumentParser) -> None:
         help="forget the light by place, or the odds of camera rays",
     )
     for action in (verify, merge, prune):
-        _add_log(action)
-
-
-def _add_job(parser: argparse.ArgumentParser) -> None:
-    actions = parser.add_subparsers(dest="job_command", metavar="ACTION", required=True, parser_class=_Parser)
-    export = actions.add_parser(
-        "export",
-        help="write a job: key frames teach a cache, chunks of frames are rendered with it, splits merged",
-        usage="%(prog)s INPUT -o OUT -f FRAMES [options] [-- options of tyndall render]",
-        allow_abbrev=False,
-    )
-    add = export.add_argument
-    add("input", metavar="INPUT", help=".usd .usda .usdc .usdz")
-    add("-o", "--output", metavar="PATH", required=True, help="the images, as for tyndall render")
-    add("-f", "--frames", metavar="FRAMES", required=True, help="such as 1001:1010x2,1020")
-    add(
-        "--format",
-        choices=("openjd", "slurm"),
-        default="openjd",
-        help="Open Job Description or sbatch script",
-    )
-    add("--to", metavar="FILE", help="the job's file; default: beside you, named after the stage")
-    add("--chunk", type=values.positive_int, default=4, metavar="N", help="frames a task renders; default 4")
-    add("--key-frames", metavar="FRAMES", help="frames that teach the guiding cache of all")
-    add("--key-spp", type=values.positive_int, default=128, metavar="N", help="samples of those; default 128")
-    add("--spp", type=values.positive_int, metavar="N", help="samples per pixel")
-    add("--splits", type=values.positive_int, default=1, metavar="N", help="parts of each frame's samples")
-    _add_log(export)
+        log.add_options(action)
 
 
 def _add_render(parser: argparse.ArgumentParser) -> None:

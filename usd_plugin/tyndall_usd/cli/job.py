@@ -59,6 +59,13 @@ class Step:
         """Return the command with parameters in the form that a format has for them."""
         return [_replaced(word, self.parameters, form) for word in self.command]
 
+    def tasks(self) -> list[list[str]]:
+        """Return the command of each task."""
+        return [
+            self.arguments(lambda name, task=task: self.parameters[name][task])  # type: ignore[misc]
+            for task in range(self.n_tasks)
+        ]
+
 
 def run_job(options: argparse.Namespace) -> int:
     """Write the job that `options` ask for and return the exit code."""
@@ -112,11 +119,10 @@ def plan_steps(options: argparse.Namespace) -> list[Step]:
     }
     command = (*render, *spp, *cache, "--sample-range", "{Samples}", "-o", _part(output), "-f", "{Frames}")
     images = {"Image": [insert_frame(output, frame) for frame in frames]}
-    parts = [_part("{Image}").replace("{Part}", str(part)) for part in range(len(ranges))]
     return [
         *steps,
         Step("Render", command, parameters, after),
-        Step("Merge", ("merge", *parts, "-o", "{Image}"), images, "Render"),
+        Step("Merge", ("merge", *part_images("{Image}", len(ranges)), "-o", "{Image}"), images, "Render"),
     ]
 
 
@@ -176,6 +182,11 @@ def _cache_file(output: str) -> str:
     """Return the merged cache, beside the images."""
     path = Path(output)
     return str(path.with_name(path.name.split(".")[0] + ".tyc"))
+
+
+def part_images(image: str, splits: int) -> list[str]:
+    """Return the images of the parts that `image` is merged of."""
+    return [_part(image).replace("{Part}", str(part)) for part in range(splits)]
 
 
 def _part(image: str) -> str:

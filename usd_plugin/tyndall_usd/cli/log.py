@@ -8,6 +8,7 @@ import sys
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import argparse
     from typing import Protocol
 
     class Diagnostic(Protocol):
@@ -40,6 +41,13 @@ def set_up(*, verbose: int, quiet: bool, as_json: bool) -> None:
     LOG.handlers[:] = [handler]
     LOG.propagate = False
     LOG.setLevel(logging.ERROR if quiet else logging.DEBUG if verbose else logging.INFO)
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add what decides how much is logged, and how."""
+    parser.add_argument("-v", "--verbose", action="count", default=0, help="say more; -vv shows tracebacks")
+    parser.add_argument("-q", "--quiet", action="store_true", help="show only errors")
+    parser.add_argument("--log-json", action="store_true", help="log as one JSON object a line")
 
 
 def fail(text: str) -> None:

@@ -70,6 +70,10 @@ def _run(options: argparse.Namespace) -> int:
         from tyndall_usd.cli.cache import run_cache
 
         return run_cache(options)
+    if options.command == "cluster":
+        from tyndall_usd.cli.cluster import run_cluster
+
+        return run_cluster(options)
     if options.command == "inspect":
         from tyndall_usd.cli.inspect import run_inspect
 

@@ -11,7 +11,7 @@ const KEPT: f32 = 0.25;
 /// A part of what light depends on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Section {
-    /// Shapes and where they are.
+    /// Shapes and where they are, and where lights are.
     Geometry,
     /// Volumes and their fields.
     Media,
@@ -98,6 +98,11 @@ impl Cache {
     /// Light that changed, and surfaces and media that reflect it differently, make what was learned wrong: it is dropped.
     /// Where only the place of things changed, most of it is still right: it is kept, but counts for a quarter of its
     /// samples. An image guide is of one camera.
+    ///
+    /// Lamps that moved are doubted, not dropped. Variance of the first 16 samples, warm over cold, behind a shade in a foggy
+    /// room four units wide (24 x 16 pixels, 96 seeds; taught by 128 samples): of a sphere light .93 after a step of 0.05,
+    /// 1.0 of 0.2, 1.15 of 1; of a glowing sphere, which no light sampling finds, .56, .66 and 1.1. Lamps of animated
+    /// shots take small steps; one that jumps costs noise.
     pub fn reuse(&mut self, now: &Fingerprint, origin: [f64; 3]) -> Reuse {
         let changes = now.changes(&self.fingerprint);
         let is_wrong = changes.iter().any(|section| section.invalidates());

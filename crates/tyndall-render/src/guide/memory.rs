@@ -1,6 +1,6 @@
 //! Guides that outlive a render.
 
-use super::{LAST_LESSON, RenderGuide};
+use super::{LAST_LESSON, RenderGuide, trial};
 use tyndall_guiding::cache::Cache;
 
 impl RenderGuide {
@@ -24,6 +24,7 @@ impl RenderGuide {
         if self.field.is_some() {
             if memory.field.is_some() {
                 self.field = memory.field.take();
+                self.is_recalled = true;
                 self.epoch = memory.lessons.max(1);
             } else {
                 misses = true;
@@ -34,15 +35,85 @@ impl RenderGuide {
         }
     }
 
-    /// Puts what was learned into `memory`; what it holds of guides that there were none of stays.
+    /// Puts what was learned into `memory`; what it holds of guides that there were none of stays, and what others had
+    /// learned stays if it did not pay here.
     pub(crate) fn remember(&self, memory: &mut Cache) {
-        memory.field = self.field.clone().or(memory.field.take());
+        memory.field = self.field.clone().or_else(|| self.set_aside.clone()).or(memory.field.take());
         memory.image = self.camera.clone().or(memory.image.take());
         memory.lessons = memory.lessons.max(self.epoch);
     }
 
-    /// Of the first `samples` of a pixel, those that taught; `None` if nothing was learned in this render.
+    /// Of the first `samples` of a pixel, those that taught every guide that is kept; `None` if nothing was learned in this
+    /// render.
     pub(crate) fn taught(&self, samples: u32) -> Option<u32> {
-        self.has_learned.then_some(samples.min(self.last_lesson))
+        let last = if self.set_aside.is_some() { trial::FIRST_SAMPLE } else { self.last_lesson };
+        self.has_learned.then_some(samples.min(last).min(self.last_lesson))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::TileLessons;
+    use super::*;
+    use crate::film::Film;
+    use tyndall_guiding::field::{Field, FieldSettings, PackedDirection, TrainingSample};
+    use tyndall_guiding::{ClassCosts, EventClass};
+    use tyndall_scene::{Guiding, RenderSettings};
+
+    fn known() -> Field {
+        let sample = |i: u16| TrainingSample {
+            position: [f32::from(i) * 0.01; 3],
+            direction: PackedDirection::new(glam::Vec3A::Z),
+            radiance: 1.0,
+            emission: 0.0,
+            pdf: 1.0,
+            distance: 1.0,
+            selection_probability: 0.5,
+            w: 0.5,
+            t_hat: 0.5,
+            vertex: EventClass::Volume,
+            end: EventClass::Volume,
+        };
+        let mut field = Field::new(FieldSettings::default());
+        field.update(&(0..99).map(sample).collect::<Vec<_>>());
+        field
+    }
+
+    /// Goes through a trial that guiding loses, for lack of pixels, and returns what is remembered.
+    fn after_lost_trial(mut memory: Cache) -> (RenderGuide, Cache) {
+        let film = Film::new(3, 1, &[]).unwrap();
+        let settings = RenderSettings { guiding: Guiding::Auto, samples: 256, ..RenderSettings::default() };
+        let mut guide = RenderGuide::new(&film, &settings, true);
+        guide.recall(&mut memory);
+        let lesson = || TileLessons {
+            moments: Vec::new(),
+            costs: ClassCosts::default(),
+            training: Vec::new(),
+            trial: None,
+        };
+        for (first, end) in [(0, 16), (16, 32)] {
+            guide.begin_pass(first, end);
+            guide.learn(&film, vec![guide.lessons(&film.tiles()[0], first, end).unwrap_or_else(lesson)]);
+        }
+        guide.has_learned = true;
+        guide.remember(&mut memory);
+        (guide, memory)
+    }
+
+    #[test]
+    fn a_lost_trial_does_not_destroy_what_others_learned() {
+        let others = Cache { field: Some(known()), lessons: 7, ..Cache::default() };
+        let (guide, memory) = after_lost_trial(others.clone());
+        assert!(guide.trial.is_some_and(|trial| !trial.guided) && guide.field().is_none());
+        let samples = |cache: &Cache| cache.field.as_ref().map(|field| field.statistics().n_samples);
+        assert_eq!(samples(&memory), samples(&others));
+        assert_eq!(guide.taught(256), Some(trial::FIRST_SAMPLE), "it was not taught after the trial began");
+    }
+
+    #[test]
+    fn a_lost_trial_forgets_what_it_was_held_for() {
+        let (guide, memory) = after_lost_trial(Cache::default());
+        assert!(guide.trial.is_some_and(|trial| !trial.guided));
+        assert!(memory.field.is_none() && guide.taught(256) == Some(LAST_LESSON));
     }
 }

@@ -49,6 +49,13 @@ pub enum LightKind {
     },
 }
 
+impl LightKind {
+    /// Whether it is somewhere, and not at infinity.
+    pub fn has_place(&self) -> bool {
+        !matches!(self, Self::Distant { .. } | Self::Dome { .. })
+    }
+}
+
 /// The image around a dome: lat-long in the orientation of the OpenEXR and UsdLux specifications, poles along y.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DomeTexture {
