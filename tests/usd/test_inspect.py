@@ -63,7 +63,9 @@ def shot_of(path: Path) -> tuple[Shot, dict[str, Any]]:
         "seed",
         "filter",
     )
-    unset = dict.fromkeys((*names, "distance_sampling", "guiding", "cache", "cache_mode", "resolution"))
+    unset = dict.fromkeys(
+        (*names, "distance_sampling", "light_sampling", "guiding", "cache", "cache_mode", "resolution")
+    )
     options = argparse.Namespace(**unset, purposes=[], headlight="none")
     stage = Usd.Stage.Open(str(path))
     settings = StageSettings()

@@ -5,6 +5,7 @@
 //! scattering event and combined with directional sampling by the balance heuristic over **directional densities only**:
 //! what the media between do to a path is a factor of both techniques and never part of the weights.
 
+mod decoupled;
 mod direct;
 mod equiangular;
 mod guidance;
@@ -35,7 +36,7 @@ use tyndall_guiding::field::TrainingSample;
 use tyndall_math::Ray;
 use tyndall_math::Rgb;
 use tyndall_math::random::{PathSampler, Pcg};
-use tyndall_scene::{PixelFilter, RenderSettings};
+use tyndall_scene::{LightSampling, PixelFilter, RenderSettings};
 use vertex::Vertex;
 
 /// Traces camera paths through a world.
@@ -45,6 +46,7 @@ pub(crate) struct Integrator<'a> {
     filter: PixelFilter,
     seed: u64,
     max_scatter: u32,
+    lights_candidates: bool,
 }
 
 /// Working memory of one worker, reused over its samples.
@@ -105,6 +107,7 @@ impl<'a> Integrator<'a> {
             filter: settings.filter,
             seed: settings.seed,
             max_scatter: settings.max_bounces,
+            lights_candidates: settings.light_sampling == LightSampling::Candidate,
         }
     }
 
@@ -130,7 +133,8 @@ impl<'a> Integrator<'a> {
         }
         let mut trail = Trail::default();
         let taught = training.is_some().then_some(&mut trail);
-        let guidance = Guided::new(guides, taught, self.seed, pixel_id);
+        let mut guidance = Guided::new(guides, taught, self.seed, pixel_id);
+        guidance.lights_candidates = self.lights_candidates;
         let mut path = self.traced(pixel, sampler, guidance, scratch, statistics);
         if let Some(samples) = training {
             path.teach(samples);

@@ -69,6 +69,7 @@ impl Slab {
             majorant_scale: how.majorant_scale,
             faint: how.faint,
             normalization: strategy.normalization(),
+            keeps_candidate: true,
         };
         resample_collision(
             std::slice::from_ref(&self.medium),
@@ -171,20 +172,28 @@ impl Mean {
     }
 }
 
-/// How far what passes, what scatters and ∫ t of it are from `exact`, in standard errors.
-fn deviations(slab: &Slab, strategy: &Strategy, how: How, exact: [f64; 3], n: u32) -> [f64; 3] {
+/// How far what passes, what scatters and ∫ t of it are from `exact`, in standard errors; and the latter two where the
+/// candidate counts, whatever was decided.
+fn deviations(slab: &Slab, strategy: &Strategy, how: How, exact: [f64; 3], n: u32) -> [f64; 5] {
     let (mut rng, mut decisions) = (Pcg::new(&[11]), Pcg::new(&[12]));
-    let mut means: [Mean; 3] = Default::default();
+    let mut means: [Mean; 5] = Default::default();
     for _ in 0..n {
-        let walk = slab.walk(strategy, how, decisions.next_f32(), &mut rng).walk;
+        let Resampled { walk, candidate, .. } = slab.walk(strategy, how, decisions.next_f32(), &mut rng);
         let weight = f64::from(walk.weight.y);
-        let values = match walk.event {
+        let [passes, scatters, moment] = match walk.event {
             Event::Pass => [weight, 0.0, 0.0],
             Event::Scatter { t, .. } => [0.0, weight, weight * t],
         };
+        let [candidate, candidate_moment] = match candidate {
+            Some((Event::Scatter { t, .. }, weight)) => [f64::from(weight.y), f64::from(weight.y) * t],
+            // Normalised flights have none.
+            _ if strategy.normalization().is_some() => [scatters, moment],
+            _ => [0.0, 0.0],
+        };
+        let values = [passes, scatters, moment, candidate, candidate_moment];
         means.iter_mut().zip(values).for_each(|(mean, value)| mean.add(value));
     }
-    std::array::from_fn(|i| means[i].z(exact[i]))
+    std::array::from_fn(|i| means[i].z(exact[[0, 1, 2, 1, 2][i]]))
 }
 
 fn assert_unbiased(density: fn(i32) -> f32, majorant_scale: f32) {

@@ -58,7 +58,7 @@ impl SceneFingerprint {
         }
         camera.add(&(settings.resolution, settings.pixel_aspect, settings.filter));
         let mut integrator = Content::default();
-        integrator.add(&(settings.max_bounces, settings.distance_sampling));
+        integrator.add(&(settings.max_bounces, settings.distance_sampling, settings.light_sampling));
         let [geometry, media, materials, lights, camera, integrator] =
             [geometry, media, materials, lights, camera, integrator].map(Content::hash);
         Self { geometry, media, materials, lights, camera, integrator }

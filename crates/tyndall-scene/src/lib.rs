@@ -22,5 +22,6 @@ pub use dirty::DirtyBits;
 pub use fingerprint::SceneFingerprint;
 pub use path::PrimPath;
 pub use settings::{
-    CacheMode, DistanceSampling, Guiding, PixelFilter, RenderSettings, SettingSpec, SettingsError,
+    CacheMode, DistanceSampling, Guiding, LightSampling, PixelFilter, RenderSettings, SettingSpec,
+    SettingsError,
 };

@@ -34,6 +34,18 @@ pub enum DistanceSampling {
     Delta,
 }
 
+/// Where on the camera's segment light is sampled in media, if distances are resampled ([`DistanceSampling::Odds`] and
+/// [`DistanceSampling::Target`]); the others have no candidates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum LightSampling {
+    /// At the event, if the path scatters.
+    #[default]
+    Event,
+    /// At the candidate, whether or not the path scatters there: decoupled.
+    Candidate,
+}
+
 /// Whether directions are guided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
@@ -90,6 +102,8 @@ pub struct RenderSettings {
     pub filter: PixelFilter,
     /// How the distance to the next scattering is sampled.
     pub distance_sampling: DistanceSampling,
+    /// Where on the camera's segment light is sampled in media.
+    pub light_sampling: LightSampling,
     /// Whether directions are guided.
     pub guiding: Guiding,
     /// The guiding cache's file; empty for none.
@@ -114,6 +128,7 @@ impl Default for RenderSettings {
             threads: 0,
             filter: PixelFilter::default(),
             distance_sampling: DistanceSampling::default(),
+            light_sampling: LightSampling::default(),
             guiding: Guiding::default(),
             cache_path: String::new(),
             cache_mode: CacheMode::default(),
@@ -208,6 +223,12 @@ impl RenderSettings {
             "token",
             &["auto", "odds", "target", "nds", "nds+", "delta"],
             "How camera rays choose where to scatter; auto is delta in this version.",
+        ),
+        text(
+            "lightSampling",
+            "token",
+            &["event", "candidate"],
+            "Where camera rays sample light in media with odds or target: candidate does so where they pass too.",
         ),
         text(
             "guiding",

@@ -24,6 +24,7 @@ _LATER_OPTIONS: dict[str, int | None] = {
 }
 _LATER_COMMANDS = ("compare", "bench")
 _DISTANCE_SAMPLING = ("auto", "odds", "target", "nds", "nds+", "delta")
+_LIGHT_SAMPLING = ("event", "candidate")
 _GUIDING = ("auto", "on", "off")
 _CACHE_MODES = ("auto", "read", "train", "off")
 
@@ -300,6 +301,11 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         "--distance-sampling",
         choices=_DISTANCE_SAMPLING,
         help="how camera rays choose where to scatter; auto is delta",
+    )
+    add(
+        "--light-sampling",
+        choices=_LIGHT_SAMPLING,
+        help="where camera rays sample light in media, with odds and target; default: event",
     )
     add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off")
     add("--cache", metavar="FILE", help="keep what guiding learns in this file, for the next frame or render")

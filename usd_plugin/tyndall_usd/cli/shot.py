@@ -79,6 +79,7 @@ def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> 
         "seed": options.seed,
         "filter": options.filter,
         "distanceSampling": options.distance_sampling,
+        "lightSampling": options.light_sampling,
         "guiding": options.guiding,
         "cachePath": options.cache,
         "cacheMode": options.cache_mode,

@@ -43,6 +43,13 @@ SETTINGS: tuple[Setting, ...] = (
         ("auto", "odds", "target", "nds", "nds+", "delta"),
     ),
     Setting(
+        "lightSampling",
+        "token",
+        "event",
+        "Where camera rays sample light in media with odds or target: candidate does so where they pass too.",
+        ("event", "candidate"),
+    ),
+    Setting(
         "guiding",
         "token",
         "auto",

@@ -10,27 +10,29 @@ use tyndall_math::{Ray, Rgb, SplitPoint};
 use tyndall_shading::{LightSample, Receiver};
 
 impl<G: Guidance> Path<'_, G> {
-    /// Adds light from one sampled light.
+    /// Light from one sampled light, by way of `vertex`. Overwrites the spans in `scratch`.
     #[inline(always)]
-    pub(super) fn add_direct<const MEDIA: bool>(
+    pub(super) fn direct_light<const MEDIA: bool>(
         &mut self,
         vertex: &GuidedVertex<'_, G::Directions>,
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
-    ) {
+    ) -> Rgb {
         let lights = self.world.lights();
         if lights.lights.is_empty() || vertex.vertex.is_delta_only() {
-            return;
+            return Rgb::ZERO;
         }
         let [u_light, u, v, _] = self.sampler.next_4d();
         let position = vertex.vertex.position();
         let receiver = Receiver::Point { position };
-        let Some((index, p_light)) = lights.sample_light(&receiver, u_light) else { return };
-        let Some(light) = lights.lights[index].sample(position, Vec2::new(u, v)) else { return };
+        let Some((index, p_light)) = lights.sample_light(&receiver, u_light) else { return Rgb::ZERO };
+        let Some(light) = lights.lights[index].sample(position, Vec2::new(u, v)) else {
+            return Rgb::ZERO;
+        };
         let (value, pdf_vertex) = vertex.evaluate(light.direction);
         let pdf_light = p_light * light.pdf;
         if value == Rgb::ZERO || light.radiance == Rgb::ZERO || pdf_light <= 0.0 {
-            return;
+            return Rgb::ZERO;
         }
         // All densities relative to that of arriving at the vertex by a collision.
         let rival = self.rival.map_or(0.0, |rival| rival.relative_density(lights, index)) * light.pdf;
@@ -38,9 +40,7 @@ impl<G: Guidance> Path<'_, G> {
         let weight = pdf_light / (pdf_light + rival + by_vertex);
         let contribution = self.throughput * value * light.radiance * (weight / pdf_light);
         let visibility = self.visibility::<MEDIA>(&vertex.vertex, &light, index, scratch, statistics);
-        if visibility != Rgb::ZERO {
-            self.recorder.add(contribution * visibility);
-        }
+        if visibility == Rgb::ZERO { Rgb::ZERO } else { contribution * visibility }
     }
 
     /// What of a light sampled at a vertex arrives there. Overwrites the spans in `scratch`.

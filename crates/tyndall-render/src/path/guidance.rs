@@ -62,6 +62,15 @@ pub(super) trait Guidance {
 
     /// The choice that was made on the camera's segment.
     fn remember(&mut self, lesson: Lesson);
+
+    /// Whether lights are sampled at the candidate of the camera's segment, see [`super::decoupled`].
+    fn lights_candidates(&self) -> bool;
+
+    /// They were sampled there: the scattering that comes next does not do it again.
+    fn mark_lit(&mut self);
+
+    /// Whether that was so, for the first scattering that asks.
+    fn take_is_lit(&mut self) -> bool;
 }
 
 /// A distribution of directions.
@@ -104,6 +113,19 @@ impl Guidance for Unguided {
 
     #[inline]
     fn remember(&mut self, _: Lesson) {}
+
+    #[inline]
+    fn lights_candidates(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn mark_lit(&mut self) {}
+
+    #[inline]
+    fn take_is_lit(&mut self) -> bool {
+        false
+    }
 }
 
 impl Directions for Infallible {
@@ -130,6 +152,10 @@ pub(super) struct Guided<'a> {
     shifts: Shifts,
     /// Not a part of the path, which is moved when it is over.
     trail: Option<&'a mut Trail>,
+    /// See [`Guidance::lights_candidates`].
+    pub(super) lights_candidates: bool,
+    /// See [`Guidance::mark_lit`].
+    is_lit: bool,
     /// The choice on the camera's segment, until the path's end tells what it was worth.
     pub(super) lesson: Option<Lesson>,
 }
@@ -137,7 +163,14 @@ pub(super) struct Guided<'a> {
 impl<'a> Guided<'a> {
     /// `pixel` is the index of the path's pixel.
     pub(super) fn new(guides: Guides<'a>, trail: Option<&'a mut Trail>, seed: u64, pixel: u64) -> Self {
-        Self { shifts: Shifts::new(seed, pixel, guides.epoch), guides, trail, lesson: None }
+        Self {
+            shifts: Shifts::new(seed, pixel, guides.epoch),
+            guides,
+            trail,
+            lights_candidates: false,
+            is_lit: false,
+            lesson: None,
+        }
     }
 }
 
@@ -195,6 +228,21 @@ impl Guidance for Guided<'_> {
 
     fn remember(&mut self, lesson: Lesson) {
         self.lesson = Some(lesson);
+    }
+
+    #[inline]
+    fn lights_candidates(&self) -> bool {
+        self.lights_candidates
+    }
+
+    #[inline]
+    fn mark_lit(&mut self) {
+        self.is_lit = true;
+    }
+
+    #[inline]
+    fn take_is_lit(&mut self) -> bool {
+        std::mem::take(&mut self.is_lit)
     }
 }
 

@@ -1,6 +1,6 @@
 //! What happens along a segment, up to its end.
 
-use super::equiangular::Rival;
+use super::equiangular::{LitSegment, Rival};
 use super::guidance::Guidance;
 use super::lesson::Lesson;
 use super::training::SegmentEnding;
@@ -42,7 +42,7 @@ impl<G: Guidance> Path<'_, G> {
         }
         let first_choice = self.first_choice.take();
         let walk = match (first_choice, first_choice.and_then(|_| self.guidance.camera())) {
-            (Some(u), Some(guide)) => self.sample_guided(&guide, u, &ray, scratch, statistics),
+            (Some(u), Some(guide)) => self.sample_guided::<MEDIA>(&guide, u, &ray, lit, scratch, statistics),
             _ => {
                 if let Some(u) = first_choice {
                     self.rng.lead_with(u);
@@ -91,12 +91,13 @@ impl<G: Guidance> Path<'_, G> {
     }
 
     /// With the probability to scatter that `guide` gives.
-    fn sample_guided(
+    fn sample_guided<const MEDIA: bool>(
         &mut self,
         guide: &SegmentGuide,
         u: f32,
         ray: &Ray,
-        scratch: &Scratch,
+        lit: Option<LitSegment>,
+        scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
         let flights = guide.normalized_flights();
@@ -108,6 +109,7 @@ impl<G: Guidance> Path<'_, G> {
                 exponent,
                 alpha,
             }),
+            keeps_candidate: self.guidance.lights_candidates(),
         };
         let resampled = resample_collision(
             self.world.media(),
@@ -121,6 +123,12 @@ impl<G: Guidance> Path<'_, G> {
             &mut statistics.walks,
         );
         self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
+        if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
+            self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
+            if matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. }) {
+                self.guidance.mark_lit();
+            }
+        }
         let (class, t) = outcome(&resampled.walk, ray);
         let scatters = class == EventClass::Volume;
         let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };

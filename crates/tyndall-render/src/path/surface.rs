@@ -84,7 +84,10 @@ impl<G: Guidance> Path<'_, G> {
     ) -> bool {
         let vertex = GuidedVertex::new(self, vertex);
         vertex.record(&mut self.recorder);
-        self.add_direct::<MEDIA>(&vertex, scratch, statistics);
+        if !self.guidance.take_is_lit() {
+            let light = self.direct_light::<MEDIA>(&vertex, scratch, statistics);
+            self.recorder.add(light);
+        }
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {
             statistics.guided_events += 1;

@@ -62,6 +62,7 @@ pub(super) fn sample(
         walk: Walk { majorant_violations: flights.path.violations, ..Walk::scatter(event, weight * mixture) },
         sums: CandidateSums { w, t_hat, majorant_depth: depth as f32 },
         probability: f32::from(u8::from(scatters)),
+        candidate: None,
     }
 }
 

@@ -48,6 +48,9 @@ pub struct Resampled {
     pub sums: CandidateSums,
     /// P_v, the probability with which a scattering was chosen.
     pub probability: f32,
+    /// If [`ResampleOptions::keeps_candidate`]: the scattering that was or would have been chosen, and its weight without
+    /// regard to the choice, with W in it. Σ w_i f_i is its mean, whatever P_v is.
+    pub candidate: Option<(Event, Rgb)>,
 }
 
 /// How [`resample_collision`] walks.
@@ -61,6 +64,8 @@ pub struct ResampleOptions {
     /// Instead of resampling candidates, where there are grids: P_v is not asked for, and is 1 or 0 when all is over. The
     /// sums are the weight of what was chosen, and 0.
     pub normalization: Option<Normalization>,
+    /// Tell [`Resampled::candidate`]. Normalised flights have none where there are grids.
+    pub keeps_candidate: bool,
 }
 
 /// What can happen on a segment, and how likely delta tracking finds it.
@@ -91,7 +96,7 @@ pub fn resample_collision(
 ) -> Resampled {
     let Some(channels) = channel_weights(throughput) else {
         let sums = CandidateSums { w: 0.0, t_hat: 1.0, majorant_depth: 0.0 };
-        return Resampled { walk: Walk::pass(Rgb::ZERO), sums, probability: 0.0 };
+        return Resampled { walk: Walk::pass(Rgb::ZERO), sums, probability: 0.0, candidate: None };
     };
     let mut resampled = resample(media, spans, ray, channels, options, choose, u, rng, stats);
     if let Some(end) = emission::last_emissive(media, spans, ray) {
@@ -113,19 +118,20 @@ fn resample(
     rng: &mut Pcg,
     stats: &mut WalkStats,
 ) -> Resampled {
+    let keeps_candidate = options.keeps_candidate;
     let mut present = spans.iter().filter_map(|span| Present::new(media, span, ray));
     if let (Some(only), None) = (present.next(), present.next())
         && only.medium.density.is_none()
     {
         let transmitted = Transmitted::of_one(&only, channels);
-        return decide(&transmitted.outcomes(), choose, u, rng, |u, _| {
+        return decide(&transmitted.outcomes(), choose, keeps_candidate, u, rng, |u, _| {
             Some(transmitted.scatter_in_one(&only, u))
         });
     }
     let mut segment = Segment::new(media, spans, ray);
     if segment.is_homogeneous() {
         let transmitted = Transmitted::of(&mut segment, channels);
-        return decide(&transmitted.outcomes(), choose, u, rng, |u, rng| {
+        return decide(&transmitted.outcomes(), choose, keeps_candidate, u, rng, |u, rng| {
             transmitted.scatter(&mut Segment::new(media, spans, ray), u, rng)
         });
     }
@@ -144,7 +150,7 @@ fn resample(
     let Reservoir { path, sums, chosen, .. } = reservoir;
     stats.majorant_violations += u64::from(path.violations);
     let outcomes = Outcomes { sums, pass: path.w, violations: path.violations };
-    decide(&outcomes, choose, u, rng, |_, _| chosen)
+    decide(&outcomes, choose, keeps_candidate, u, rng, |_, _| chosen)
 }
 
 /// Asks the caller, and samples what it decided.
@@ -152,6 +158,7 @@ fn resample(
 fn decide(
     outcomes: &Outcomes,
     choose: impl FnOnce(&CandidateSums) -> f32,
+    keeps_candidate: bool,
     u: f32,
     rng: &mut Pcg,
     scatter: impl FnOnce(f32, &mut Pcg) -> Option<(Event, Rgb)>,
@@ -163,16 +170,24 @@ fn decide(
         (true, false) => 1.0,
         (true, true) => choose(&sums),
     };
-    let walk = if u < probability {
+    let scatters = u < probability;
+    let mut candidate = None;
+    if scatters || (keeps_candidate && w > 0.0) {
         // What `u` has left after this choice is filled up with new digits.
         let fine = f64::from(u) + f64::from(rng.next_f32()) * U_DIGIT;
-        let rest = (fine / f64::from(probability)).min(f64::from(1.0 - f32::EPSILON)) as f32;
-        let (event, weight) = scatter(rest, rng).unwrap_or((Event::Pass, Rgb::ZERO));
+        let p = f64::from(probability);
+        let rest = if scatters { fine / p } else { (fine - p) / (1.0 - p) };
+        candidate = scatter(rest.clamp(0.0, f64::from(1.0 - f32::EPSILON)) as f32, rng);
+    }
+    let kept = if keeps_candidate { candidate.clone() } else { None };
+    let walk = if scatters {
+        let (event, weight) = candidate.unwrap_or((Event::Pass, Rgb::ZERO));
         Walk::scatter(event, weight * (w / probability))
     } else {
         Walk::pass(pass * (t_hat / (1.0 - probability)))
     };
-    Resampled { walk: Walk { majorant_violations: violations, ..walk }, sums, probability }
+    let candidate = kept.map(|(event, weight)| (event, weight * w));
+    Resampled { walk: Walk { majorant_violations: violations, ..walk }, sums, probability, candidate }
 }
 
 /// Sees all candidates and keeps one (weighted reservoir sampling, Chao 1982).

@@ -16,7 +16,12 @@ fn flights(
     n: u32,
     (normalization, majorant_scale): (Normalization, f32),
 ) -> Moments {
-    let options = ResampleOptions { majorant_scale, faint: 0.0, normalization: Some(normalization) };
+    let options = ResampleOptions {
+        majorant_scale,
+        faint: 0.0,
+        normalization: Some(normalization),
+        keeps_candidate: false,
+    };
     let mut u = Pcg::new(&[23]);
     let Normalization { target, alpha, .. } = normalization;
     // What NDS amounts to where all is in closed form.
@@ -71,7 +76,12 @@ fn achieved(target: f32, slack: f32, exponent: f32) -> Mean {
     let (grid, index_from_world, ray) = super::resample::constant();
     let media = [with_grid(homogeneous(Rgb::ZERO, Rgb::splat(0.3)), grid, index_from_world)];
     let normalization = Normalization { target, exponent, alpha: 1.0 };
-    let options = ResampleOptions { majorant_scale: slack, faint: 0.0, normalization: Some(normalization) };
+    let options = ResampleOptions {
+        majorant_scale: slack,
+        faint: 0.0,
+        normalization: Some(normalization),
+        keeps_candidate: false,
+    };
     let (mut rng, mut u) = (Pcg::new(&[3]), Pcg::new(&[4]));
     let mut reached = Mean::default();
     for _ in 0..200_000 {

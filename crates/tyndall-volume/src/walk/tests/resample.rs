@@ -49,7 +49,7 @@ fn resampled(
 }
 
 fn options(majorant_scale: f32, faint: f32) -> ResampleOptions {
-    ResampleOptions { majorant_scale, faint, normalization: None }
+    ResampleOptions { majorant_scale, faint, normalization: None, keeps_candidate: false }
 }
 
 /// Every choice, with and without slack and roulette.
