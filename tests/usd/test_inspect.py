@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from support.render import Shot as RenderedShot
 from support.stages import StageBuilder
 from tyndall.messages import Messages
 from tyndall_usd.cli import main
+from tyndall_usd.cli.arguments import parse
 from tyndall_usd.cli.inspect.cells import Cells
 from tyndall_usd.cli.inspect.sphere import Basis, see_all_around
 from tyndall_usd.cli.inspect.view import points_at
@@ -51,22 +51,7 @@ def inspect(stage: Path, *arguments: object) -> int:
 
 
 def shot_of(path: Path) -> tuple[Shot, dict[str, Any]]:
-    names = (
-        "camera",
-        "res",
-        "width",
-        "pixel_aspect",
-        "spp",
-        "time",
-        "max_bounces",
-        "threads",
-        "seed",
-        "filter",
-    )
-    unset = dict.fromkeys(
-        (*names, "distance_sampling", "light_sampling", "guiding", "cache", "cache_mode", "resolution")
-    )
-    options = argparse.Namespace(**unset, purposes=[], headlight="none")
+    options = parse(["render", str(path), "-o", "unwritten.exr"])
     stage = Usd.Stage.Open(str(path))
     settings = StageSettings()
     shot = Shot(stage, settings, options)
