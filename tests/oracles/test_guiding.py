@@ -100,8 +100,8 @@ def test_light_at_candidates_is_single_scattering(tmp_path: Path, sampling: str,
 def test_light_at_candidates_needs_no_lessons(tmp_path: Path) -> None:
     """In the first sample of thin mist one path in ten scatters, W = 1 - exp(-.1).
 
-    That makes a variance of S^2 (1/W - 1). With light at candidates all of them see the lamp: what is left is that of
-    the depth, below S^2 W^2 / 12.
+    That makes a variance of S^2 (1/W - 1). With light at candidates all of them see the lamp: what is left is
+    that of the depth, below S^2 W^2 / 12.
     """
     shot = mist(tmp_path, 0.05)
     scattered = 3.0 / (4 * np.pi) * -np.expm1(-0.2) / 2
