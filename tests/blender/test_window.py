@@ -49,11 +49,11 @@ export DISPLAY=:$(cat /tmp/display)
 
 
 class BlenderRoot:
-    """A Blender in a folder with a system of its own, and a folder `work` in it."""
+    """A Blender in a folder with a system of its own, and a folder `shot` in it."""
 
     def __init__(self, root: str) -> None:
         self._root = Path(root)
-        self.work = self._root / "work"
+        self.work = self._root / "shot"
         shutil.rmtree(self.work, ignore_errors=True)
         shutil.rmtree(self._root / "root/.config/blender", ignore_errors=True)
         shutil.copytree(HERE, self.work / "scripts", ignore=shutil.ignore_patterns("__pycache__"))
@@ -78,15 +78,15 @@ def blender() -> BlenderRoot:
     shutil.copy(package, root.work / "tyndall.zip")
     done = root.run(
         *("blender", "--command", "extension", "install-file", "--repo", "user_default"),
-        *("--enable", "/work/tyndall.zip"),
+        *("--enable", "/shot/tyndall.zip"),
     )
     assert done.returncode == 0, done.stdout + done.stderr
     return root
 
 
 def write_scene(blender: BlenderRoot) -> None:
-    """Have Blender write /work/shot.blend: three frames, small."""
-    done = blender.run("blender", "-b", "--python-exit-code", "9", "--python", "/work/scripts/write_shot.py")
+    """Have Blender write /shot/shot.blend: three frames, small."""
+    done = blender.run("blender", "-b", "--python-exit-code", "9", "--python", "/shot/scripts/write_shot.py")
     assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
 
@@ -94,16 +94,16 @@ def test_exit_codes(blender: BlenderRoot) -> None:
     """A farm knows by the exit code alone."""
     write_scene(blender)
     good = blender.run(
-        "blender", "-b", "/work/shot.blend", "-o", "/work/good####", "-s", "1", "-e", "3", "-a"
+        "blender", "-b", "/shot/shot.blend", "-o", "/shot/good####", "-s", "1", "-e", "3", "-a"
     )
     assert good.returncode == 0, good.stdout[-2000:] + good.stderr[-2000:]
     images = [np.asarray(Image.open(blender.work / f"good{frame:04d}.png")) for frame in (1, 2, 3)]
     assert all(image.std() > 5 for image in images)
-    single = blender.run("blender", "-b", "/work/shot.blend", "-o", "/work/single####", "-f", "2")
+    single = blender.run("blender", "-b", "/shot/shot.blend", "-o", "/shot/single####", "-f", "2")
     assert single.returncode == 0
     assert (np.asarray(Image.open(blender.work / "single0002.png")) == images[1]).all()
     lost = ("--python-expr", "import bpy; bpy.context.scene.camera = None")
-    bad = blender.run("blender", "-b", "/work/shot.blend", *lost, "-o", "/work/bad####", "-a")
+    bad = blender.run("blender", "-b", "/shot/shot.blend", *lost, "-o", "/shot/bad####", "-a")
     assert bad.returncode == 1, bad.stdout[-2000:]
     assert "camera" in bad.stdout + bad.stderr
     assert not list(blender.work.glob("bad*"))
@@ -119,7 +119,7 @@ def test_an_error_ends_an_animation_with_an_exit_code(blender: BlenderRoot) -> N
         "bpy.app.handlers.frame_change_pre.append(lose)\n"
     )
     done = blender.run(
-        "blender", "-b", "/work/shot.blend", "--python-expr", script, "-o", "/work/stop####", "-a"
+        "blender", "-b", "/shot/shot.blend", "--python-expr", script, "-o", "/shot/stop####", "-a"
     )
     assert done.returncode == 1, done.stdout[-2000:]
     assert [p.name for p in sorted(blender.work.glob("stop*"))] == ["stop0001.png"]
@@ -131,7 +131,7 @@ def seen(blender: BlenderRoot) -> dict[str, Any]:
     (blender.work / "ui").mkdir()
     done = blender.run(
         *("bash", "-euc", _ON_SCREEN, "screen", "blender", "--window-geometry", "0", "0", *map(str, _SCREEN)),
-        *("--python", "/work/scripts/drive_window.py", "--", "/work/ui"),
+        *("--python", "/shot/scripts/drive_window.py", "--", "/shot/ui"),
         timeout=1200,
     )
     shutil.rmtree(OUT / "ui", ignore_errors=True)

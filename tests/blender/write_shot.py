@@ -1,4 +1,4 @@
-"""Run by Blender: write /work/shot.blend, three small frames of a moving ball and a box of fog."""
+"""Run by Blender: write /shot/shot.blend, three small frames of a moving ball and a box of fog."""
 
 from __future__ import annotations
 
@@ -24,4 +24,4 @@ shots.material(shots.cube(1.0, location=(1, 0, 1)), "ShaderNodeVolumePrincipled"
 for frame, x in ((1, 0.0), (3, 0.5)):
     bpy.data.objects["Sphere"].location.x = x
     bpy.data.objects["Sphere"].keyframe_insert("location", frame=frame)
-bpy.ops.wm.save_as_mainfile(filepath="/work/shot.blend")
+bpy.ops.wm.save_as_mainfile(filepath="/shot/shot.blend")

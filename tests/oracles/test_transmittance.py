@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+from scipy.integrate import trapezoid
 from support.oracles import judge, table
 from support.render import Shot, tyndall
 from support.stages import StageBuilder
@@ -84,7 +85,7 @@ def test_linear_ramp(tmp_path: Path, row: dict[str, Any]) -> None:
 def test_exponential_atmosphere(tmp_path: Path, row: dict[str, Any]) -> None:
     step = row["length"] / 1024
     sigmas = row["sigma0"] * np.exp(-np.arange(1025) * step / row["scale_height"])
-    sampled = math.exp(-np.trapezoid(sigmas, dx=step))
+    sampled = math.exp(-trapezoid(sigmas, dx=step))
     assert sampled == pytest.approx(row["T"], rel=1e-5), "the profile is sampled finely enough"
     judge(profile_stage(tmp_path, sigmas, step).seeds(8, spp=2048, max_bounces=1), row["T"])
 

@@ -78,8 +78,9 @@ def _connect(address: str) -> Client:
         raise tyndall.Error(
             f"cluster needs Dask's scheduler: {error}; pip install 'tyndall-usd[cluster]'"
         ) from None
-    # It would report each lost connection with a traceback; what matters is told here.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    # They would report each lost connection with a traceback; what matters is told here.
+    for chatty in ("distributed", "distributed.client", "tornado.application", "asyncio"):
+        logging.getLogger(chatty).setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=_SECONDS_TO_CONNECT)
     except (OSError, ValueError, TypeError) as error:
