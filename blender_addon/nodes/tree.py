@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -29,15 +30,15 @@ Converted: TypeAlias = NodeInput | Medium
 Groups: TypeAlias = "tuple[bpy.types.Node, ...]"
 
 
-class Converter:
+class Converter(ABC):
     """Translates one type of node; `SourceNode` is what it sees."""
 
     #: The node's type.
     idname: str
 
+    @abstractmethod
     def convert(self, node: SourceNode) -> Converted | None:
         """Return the value of the output that is asked for."""
-        raise NotImplementedError
 
 
 @dataclass
