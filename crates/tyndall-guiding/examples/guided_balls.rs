@@ -107,7 +107,7 @@ fn fluence(position: Vec3A) -> f32 {
 }
 
 /// A direction and its density.
-fn draw(incident: Option<&Incident<'_>>, rng: &mut Pcg) -> (Vec3A, f32) {
+fn draw(incident: Option<&Incident>, rng: &mut Pcg) -> (Vec3A, f32) {
     let Some(incident) = incident else { return (uniform_sphere(u2(rng)), INV_4PI) };
     let direction =
         if rng.next_f32() < 0.5 { uniform_sphere(u2(rng)) } else { incident.sample(u2(rng)).direction };

@@ -34,4 +34,4 @@ pub use moments::{EventClass, Moments, SegmentSample};
 pub use scattering_odds::{
     ScatteringOdds, Selection, TargetProbability, headroom_depth, optimal_probability,
 };
-pub use segment_guide::{ClassCosts, NormalizedFlights, SegmentGuide, Strategy};
+pub use segment_guide::{ClassCosts, FurtherSegments, NormalizedFlights, SegmentGuide, Strategy};

@@ -53,6 +53,14 @@ pub struct SegmentGuide {
     choice: Choice,
     majorant_scale: f32,
     outlier_limit: f32,
+    expected: f32,
+}
+
+/// How the segments after the camera's choose: by what the field knows about the direction in which they leave.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FurtherSegments {
+    strategy: Strategy,
+    cost_factor: f32,
 }
 
 impl Default for SegmentGuide {
@@ -62,15 +70,25 @@ impl Default for SegmentGuide {
             choice: Choice::Odds(ScatteringOdds::default()),
             majorant_scale: SLACK,
             outlier_limit: f32::INFINITY,
+            expected: 0.0,
         }
     }
 }
 
 impl SegmentGuide {
-    /// What filtered sums say.
-    pub fn from_moments(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
+    /// What the filtered sums of a pixel say: its choices are stratified.
+    pub fn of_pixel(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
+        let odds = moments.stratified_odds();
+        Self::new(moments, strategy, ScatteringOdds::new(odds.kappa() * costs.odds_factor()))
+    }
+
+    /// What the sums of a direction in a region of the field say.
+    fn of_direction(moments: &Moments, strategy: Strategy, cost_factor: f32) -> Self {
+        Self::new(moments, strategy, ScatteringOdds::new(moments.odds().kappa() * cost_factor))
+    }
+
+    fn new(moments: &Moments, strategy: Strategy, odds: ScatteringOdds) -> Self {
         let outlier_limit = moments.outlier_limit();
-        let odds = costs.weigh(moments.stratified_odds());
         let choice = match (strategy, moments.variance_target()) {
             (Strategy::Target, Some(target)) => Choice::Target(TargetProbability::new(target)),
             (Strategy::Normalized, Some(_)) => Choice::Normalized(NormalizedFlights::new(moments, 1.0)),
@@ -82,7 +100,9 @@ impl SegmentGuide {
             _ => Choice::Odds(odds),
         };
         let majorant_scale = majorant_scale(moments, &choice);
-        Self { choice, majorant_scale, outlier_limit }
+        let gathered = moments.volume_x + moments.surface_x;
+        let expected = if gathered > 0.0 { gathered / moments.n } else { 0.0 };
+        Self { choice, majorant_scale, outlier_limit, expected }
     }
 
     /// P_v for the candidates' weight W, the transmittance T̂ and the depth of the scaled majorants.
@@ -123,10 +143,29 @@ impl SegmentGuide {
         }
     }
 
+    /// Light that a path is expected to gather after the choice, in its largest channel; 0 while nothing is known.
+    #[inline]
+    pub fn expected(&self) -> f32 {
+        self.expected
+    }
+
     /// The limit for [`Moments::add`] of this pass; infinite as long as too little is known.
     #[inline]
     pub fn outlier_limit(&self) -> f32 {
         self.outlier_limit
+    }
+}
+
+impl FurtherSegments {
+    /// `costs` are those of the camera's paths after their choice, since later choices are not followed.
+    pub fn new(strategy: Strategy, costs: &ClassCosts) -> Self {
+        Self { strategy, cost_factor: costs.odds_factor() }
+    }
+
+    /// What the sums of a direction say.
+    #[inline]
+    pub fn guide(&self, moments: &Moments) -> SegmentGuide {
+        SegmentGuide::of_direction(moments, self.strategy, self.cost_factor)
     }
 }
 
@@ -177,10 +216,10 @@ impl ClassCosts {
         [self.volume, self.surface].map(|(rays, paths)| 1.0 + rays as f32 / paths.max(1) as f32)
     }
 
-    /// The odds that minimise variance times cost: RMS radiances count divided by the root of what a sample costs.
-    fn weigh(&self, odds: ScatteringOdds) -> ScatteringOdds {
+    /// Factor on κ that minimises variance times cost: RMS radiances count divided by the root of what a sample costs.
+    fn odds_factor(&self) -> f32 {
         let [volume, surface] = self.means();
-        ScatteringOdds::new(odds.kappa() * (surface / volume).sqrt())
+        (surface / volume).sqrt()
     }
 }
 

@@ -34,7 +34,7 @@ fn dear_paths_are_chosen_less() {
     let moments = moments(0.3, 2.0, 1.0, 0.5);
     let p = |volume: u64, surface: u64| {
         let costs = ClassCosts { volume: (volume * 100, 100), surface: (surface * 100, 100) };
-        SegmentGuide::from_moments(&moments, Strategy::Odds, &costs).select_probability(0.3, 0.7, 1.0)
+        SegmentGuide::of_pixel(&moments, Strategy::Odds, &costs).select_probability(0.3, 0.7, 1.0)
     };
     assert!(p(9, 1) < p(3, 3) && p(3, 3) < p(1, 9));
     // κ = 2 divided by the root of 16 / 4.
@@ -45,7 +45,7 @@ fn dear_paths_are_chosen_less() {
 #[test]
 fn thin_media_get_candidates_enough() {
     for (w, lv) in [(0.01f32, 1000.0), (0.2, 30.0), (0.9, 1.0)] {
-        let guide = SegmentGuide::from_moments(&moments(w, lv, 1.0, 0.1), Strategy::Odds, &EQUAL_COSTS);
+        let guide = SegmentGuide::of_pixel(&moments(w, lv, 1.0, 0.1), Strategy::Odds, &EQUAL_COSTS);
         let depth = -(1.0 - w).ln() * guide.majorant_scale();
         let wanted = ScatteringOdds::new(lv).predicted_probability(w, 1.0 - w);
         assert!(depth >= -(1.0 - wanted.min(0.79) / 0.8).ln() * 0.9, "{w}: depth {depth} for {wanted}");
@@ -61,7 +61,7 @@ fn any_sums_give_probabilities_inside() {
             let moments =
                 Moments { volume_x2: a, w2: b, surface_x2: b, t2: a, w: b, t: a, n: b, ..Moments::default() };
             for strategy in [Strategy::Odds, Strategy::Target] {
-                let guide = SegmentGuide::from_moments(&moments, strategy, &ClassCosts::default());
+                let guide = SegmentGuide::of_pixel(&moments, strategy, &ClassCosts::default());
                 let p = guide.select_probability(0.3, 0.7, 2.0);
                 assert!(p > 0.0 && p < 1.0, "{p} of {moments:?}");
                 assert!((1.0..=MAX_SCALE).contains(&guide.majorant_scale()) && guide.faint() <= FAINT);
@@ -80,7 +80,7 @@ fn normalised_flights_aim_at_the_same_probability_and_never_lower_it() {
         moments.merge(&one);
         moments.merge(&other);
     }
-    let guide_of = |strategy| SegmentGuide::from_moments(&moments, strategy, &ClassCosts::default());
+    let guide_of = |strategy| SegmentGuide::of_pixel(&moments, strategy, &ClassCosts::default());
     assert_eq!(guide_of(Strategy::Target).normalized_flights(), None);
     assert_eq!(SegmentGuide::default().normalized_flights(), None);
     let nds = guide_of(Strategy::Normalized).normalized_flights().unwrap();

@@ -85,8 +85,8 @@ impl RenderGuide {
             DistanceSampling::Auto | DistanceSampling::Delta => None,
         };
         let [width, height] = [film.width() as usize, film.height() as usize];
-        let camera =
-            strategy.filter(|_| has_media).map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
+        let strategy = strategy.filter(|_| has_media);
+        let camera = strategy.map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
         // With one event there is direct light only, and nothing to be guided.
         let has_indirect_light = settings.max_bounces > 1;
         let followers = match settings.guiding {
@@ -139,6 +139,7 @@ impl RenderGuide {
                 Followers::None => false,
                 Followers::Trial => trial::is_guided(x, y),
             }),
+            further: self.camera.as_ref().map(ImageGuide::further_segments),
             epoch: self.epoch,
         }
     }

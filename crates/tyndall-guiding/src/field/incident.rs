@@ -2,26 +2,23 @@
 
 use super::Region;
 use super::parallax::seen_from;
-use super::region::from_values;
-use crate::directional::{DirectionAndPdf, VmfMixture, groups_of};
-use crate::{Moments, ScatteringOdds};
+use crate::directional::{DirectionAndPdf, VmfMixture};
 use glam::{Vec2, Vec3A};
 
 /// The light that arrives at a point, as a distribution over directions.
 #[derive(Debug, Clone)]
-pub struct Incident<'a> {
-    region: &'a Region,
+pub struct Incident {
     mixture: VmfMixture,
     fluence: f32,
 }
 
-impl<'a> Incident<'a> {
+impl Incident {
     #[inline]
-    pub(super) fn new(region: &'a Region, position: Vec3A) -> Self {
+    pub(super) fn new(region: &Region, position: Vec3A) -> Self {
         let offset = Vec3A::from(region.pivot) - position;
         let (mixture, factor) = seen_from(&region.mixture, &region.inverse_distance, offset);
         let fluence = region.statistics.mean_weight() * factor;
-        Self { region, mixture, fluence }
+        Self { mixture, fluence }
     }
 
     /// The distribution, proportional to incident radiance.
@@ -77,19 +74,5 @@ impl<'a> Incident<'a> {
     #[inline]
     pub fn in_scattered(&self, wo: Vec3A, g: f32) -> f32 {
         self.fluence * self.mixture.product_with_hg(wo, g).1
-    }
-
-    /// The sums of the segments that left about in this direction, lobes sharing by their densities *before* any product.
-    #[inline]
-    pub fn moments(&self, direction: Vec3A) -> Moments {
-        let (shares, _) = self.mixture.shares(direction);
-        from_values(self.region.moments.blend(&shares, groups_of(self.mixture.len())))
-    }
-
-    /// κ for the segment that leaves in this direction: 1 while little is known. The target form's P* is in
-    /// [`Self::moments`].
-    #[inline]
-    pub fn odds(&self, direction: Vec3A) -> ScatteringOdds {
-        self.moments(direction).odds()
     }
 }

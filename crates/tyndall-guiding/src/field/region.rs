@@ -4,7 +4,7 @@ use super::parallax::{lobes_seen_from, seen_from};
 use super::refine::Cloud;
 use super::{FieldSettings, Incident};
 use crate::Moments;
-use crate::directional::{Group, LobeSums, PerLobe, SufficientStatistics, VmfMixture};
+use crate::directional::{Group, LobeSums, PerLobe, SufficientStatistics, VmfMixture, groups_of};
 use glam::Vec3A;
 
 /// The sums of scattering odds per lobe: [`Moments`] without depths.
@@ -65,7 +65,7 @@ impl Region {
 
     /// What arrives at `position`, which should be in or near the region. On the stack; does not allocate.
     #[inline]
-    pub fn incident(&self, position: Vec3A) -> Incident<'_> {
+    pub fn incident(&self, position: Vec3A) -> Incident {
         Incident::new(self, position)
     }
 
@@ -87,6 +87,20 @@ impl Region {
     fn as_seen_from(&self, position: Vec3A) -> impl Fn(usize, Group) -> Group {
         let offset = Vec3A::from(self.pivot) - position;
         move |g, lobes| lobes_seen_from(lobes, self.inverse_distance.0[g], offset)
+    }
+
+    /// L(ω) as seen from the middle of the region.
+    #[inline]
+    pub fn radiance_towards(&self, direction: Vec3A) -> f32 {
+        self.mixture.pdf(direction) * self.statistics.mean_weight()
+    }
+
+    /// The sums of the segments that left about in this direction, lobes sharing by their densities *before* any product,
+    /// as seen from the middle of the region: odds change little with parallax, and moving lobes is half of their cost.
+    #[inline]
+    pub fn moments_towards(&self, direction: Vec3A) -> Moments {
+        let (shares, _) = self.mixture.shares(direction);
+        from_values(self.moments.blend(&shares, groups_of(self.mixture.len())))
     }
 
     /// The lobes as seen from the middle of the region.

@@ -4,7 +4,7 @@
 //! odds made anew. No sample is therefore guided by its own random numbers, which would bias the image.
 
 use super::a_trous;
-use crate::{ClassCosts, GuidingError, Moments, SegmentGuide, Strategy};
+use crate::{ClassCosts, FurtherSegments, GuidingError, Moments, SegmentGuide, Strategy};
 use rayon::prelude::*;
 
 /// The guide of an image or of a crop of it.
@@ -74,6 +74,12 @@ impl ImageGuide {
         size_of::<Self>() + size_of_val(self.moments.as_slice()) + size_of_val(self.lookup.as_slice())
     }
 
+    /// How the segments after the camera's choose, by what a field knows.
+    #[inline]
+    pub fn further_segments(&self) -> FurtherSegments {
+        FurtherSegments::new(self.strategy, &self.costs)
+    }
+
     /// The sums of all passes merged so far, row by row.
     pub fn moments(&self) -> &[Moments] {
         &self.moments
@@ -110,7 +116,7 @@ impl ImageGuide {
     /// Makes the odds from the filtered sums, on the threads of the current rayon pool.
     pub fn make_odds(&mut self) {
         let filtered = a_trous::filter(&self.moments, self.width);
-        let guide_of = |m: &Moments| SegmentGuide::from_moments(m, self.strategy, &self.costs);
+        let guide_of = |m: &Moments| SegmentGuide::of_pixel(m, self.strategy, &self.costs);
         self.lookup = filtered.par_iter().map(guide_of).collect();
     }
 

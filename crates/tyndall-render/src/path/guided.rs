@@ -11,10 +11,6 @@ use super::vertex::Vertex;
 use glam::{Vec2, Vec3A};
 use tyndall_math::Rgb;
 
-/// Events of a path that are guided. Later ones carry little, cost as much, and each multiplies the path's weight by up to
-/// two where the field is wrong (kitchen: .204 of error with all events, .207 with four, at .93 of the time).
-const GUIDED_EVENTS: u32 = 4;
-
 /// A direction to go on in.
 pub(super) struct NextDirection {
     pub(super) direction: Vec3A,
@@ -36,8 +32,7 @@ impl<'a, D: Directions> GuidedVertex<'a, D> {
     /// Asks the field, if there is one.
     #[inline]
     pub(super) fn new(path: &mut Path<'_, impl Guidance<Directions = D>>, vertex: Vertex<'a>) -> Self {
-        let is_early = path.scatter_count <= GUIDED_EVENTS;
-        let guide = if is_early { path.guidance.directions(&vertex, &mut path.rng) } else { None };
+        let guide = path.guidance.directions(&vertex, &mut path.rng);
         Self { vertex, guide }
     }
 

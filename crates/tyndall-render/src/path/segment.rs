@@ -8,7 +8,9 @@ use super::{Path, PathStatistics, Scratch};
 use crate::world::SegmentEnd;
 use tyndall_guiding::{EventClass, NormalizedFlights, SegmentGuide};
 use tyndall_math::{Ray, Rgb};
-use tyndall_volume::{Normalization, PhaseMix, ResampleOptions, Walk, resample_collision, sample_collision};
+use tyndall_volume::{
+    Normalization, PhaseMix, ResampleOptions, Resampled, Walk, resample_collision, sample_collision,
+};
 
 /// Where the path goes on.
 pub(super) enum Event {
@@ -40,15 +42,21 @@ impl<G: Guidance> Path<'_, G> {
         if let Some(lit) = &lit {
             self.add_segment_light::<MEDIA>(lit, &ray, scratch, statistics);
         }
-        let first_choice = self.first_choice.take();
-        let walk = match (first_choice, first_choice.and_then(|_| self.guidance.camera())) {
-            (Some(u), Some(guide)) => self.sample_guided::<MEDIA>(&guide, u, &ray, lit, scratch, statistics),
-            _ => {
-                if let Some(u) = first_choice {
+        let walk = match self.first_choice.take() {
+            Some(u) => match self.guidance.camera() {
+                Some(guide) => self.sample_camera_segment::<MEDIA>(&guide, u, &ray, lit, scratch, statistics),
+                None => {
                     self.rng.lead_with(u);
+                    self.track(&ray, scratch, statistics)
                 }
-                self.track(&ray, scratch, statistics)
-            }
+            },
+            None => match self.guidance.further(ray.direction) {
+                Some(guide) => {
+                    let u = self.rng.next_f32();
+                    self.sample_guided(&guide, u, false, &ray, scratch, statistics).walk
+                }
+                None => self.track(&ray, scratch, statistics),
+            },
         };
         self.throughput *= walk.weight;
         match walk.event {
@@ -90,8 +98,8 @@ impl<G: Guidance> Path<'_, G> {
         walk
     }
 
-    /// With the probability to scatter that `guide` gives.
-    fn sample_guided<const MEDIA: bool>(
+    /// The camera's: it has a guide of its own, teaches it, and may light its candidate.
+    fn sample_camera_segment<const MEDIA: bool>(
         &mut self,
         guide: &SegmentGuide,
         u: f32,
@@ -100,6 +108,28 @@ impl<G: Guidance> Path<'_, G> {
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
+        let keeps_candidate = self.guidance.lights_candidates();
+        let mut resampled = self.sample_guided(guide, u, keeps_candidate, ray, scratch, statistics);
+        if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate.take() {
+            self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
+            if matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. }) {
+                self.guidance.mark_lit();
+            }
+        }
+        self.guidance.remember(Lesson::new(&self.recorder, &resampled, ray.t_max, statistics));
+        resampled.walk
+    }
+
+    /// With the probability to scatter that `guide` gives.
+    fn sample_guided(
+        &mut self,
+        guide: &SegmentGuide,
+        u: f32,
+        keeps_candidate: bool,
+        ray: &Ray,
+        scratch: &Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Resampled {
         let flights = guide.normalized_flights();
         let options = ResampleOptions {
             majorant_scale: guide.majorant_scale(),
@@ -109,7 +139,7 @@ impl<G: Guidance> Path<'_, G> {
                 exponent,
                 alpha,
             }),
-            keeps_candidate: self.guidance.lights_candidates(),
+            keeps_candidate,
         };
         let resampled = resample_collision(
             self.world.media(),
@@ -123,12 +153,6 @@ impl<G: Guidance> Path<'_, G> {
             &mut statistics.walks,
         );
         self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
-        if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
-            self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
-            if matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. }) {
-                self.guidance.mark_lit();
-            }
-        }
         let (class, t) = outcome(&resampled.walk, ray);
         let scatters = class == EventClass::Volume;
         let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };
@@ -136,8 +160,7 @@ impl<G: Guidance> Path<'_, G> {
         // Normalised flights do not know their probability, only what it should be.
         let wanted = flights.map_or(resampled.probability, |flights| flights.target);
         self.recorder.choose(wanted, scatters);
-        self.guidance.remember(Lesson::new(&self.recorder, &resampled, ray.t_max, statistics));
-        resampled.walk
+        resampled
     }
 }
 
