@@ -5,7 +5,7 @@
 use divan::counter::BytesCount;
 use divan::{Bencher, black_box};
 use std::sync::LazyLock;
-use tyndall_guiding::cache::Cache;
+use tyndall_guiding::cache::{Cache, Present};
 use tyndall_guiding::field::{Field, FieldSettings, PackedDirection, TrainingSample};
 use tyndall_guiding::image_space::ImageGuide;
 use tyndall_guiding::{ClassCosts, EventClass, Moments, Strategy};
@@ -112,7 +112,8 @@ fn read_and_reuse_large_field(bencher: Bencher<'_, '_>) {
     let (cache, bytes) = &*LARGE;
     bencher.counter(BytesCount::new(bytes.len())).bench_local(|| {
         let mut read = Cache::from_bytes(black_box(bytes)).unwrap_or_default();
-        read.reuse(&cache.fingerprint, cache.origin)
+        let (fingerprint, origin, view) = (cache.fingerprint, cache.origin, cache.view);
+        read.reuse(&Present { fingerprint, origin, view, resolution: [1280, 720] })
     });
 }
 
@@ -120,6 +121,16 @@ fn read_and_reuse_large_field(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 9)]
 fn read_image(bencher: Bencher<'_, '_>) {
     read(bencher, &IMAGE);
+}
+
+/// What is learned of one camera, moved to another.
+#[divan::bench(sample_count = 9)]
+fn reproject_image(bencher: Bencher<'_, '_>) {
+    let (cache, _) = &*IMAGE;
+    let mut moved = cache.view;
+    moved.world_from_camera.translation.x += 0.01;
+    let image = || cache.image.as_ref().map(|image| image.reprojected(&cache.view, &moved, [1280, 720]));
+    bencher.bench_local(|| black_box(image()));
 }
 
 #[divan::bench(sample_count = 9)]
