@@ -49,7 +49,7 @@ def kill_after(seconds: float, *arguments: object) -> bool:
 def check_kills(
     stage: Path, whole: Path, image: Path, options: tuple[str, ...], *, kills: int, seconds: float
 ) -> None:
-    """Kill a render again and again, each time after up to `seconds`; when it ends it must be like `whole`."""
+    """Kill a render again and again, each time after up to `seconds`; it must end like `whole`."""
     moments = random.Random(1)
     arguments = ("render", stage, "-o", image, *options, *AOVS, *RESUMING)
     n_killed = finished = 0
