@@ -133,18 +133,18 @@ def smoke(folder: Path) -> StageBuilder:
     """Return smoke that drifts over a floor beside a lamp: another grid in every frame."""
     stage = StageBuilder(*RESOLUTION)
     stage.camera((0, 0.8, 5.5), (0, 0.4, 0), vfov=40)
-    grey = stage.lambert(0.6)
-    stage.quad((-4, -1, 4), (8, 0, 0), (0, 0, -8), grey)
-    stage.quad((-4, -1, -3), (8, 0, 0), (0, 6, 0), grey)
+    dark = stage.lambert(0.08)
+    stage.quad((-4, -1, 4), (8, 0, 0), (0, 0, -8), dark)
+    stage.quad((-4, -1, -3), (8, 0, 0), (0, 6, 0), dark)
     files = [
         write_grid(folder / f"smoke.{frame:02}.vdb", blobs(8, 10, (frame - 1) / (N_FRAMES - 1)), 1.6)
         for frame in range(1, N_FRAMES + 1)
     ]
-    path = stage.volume(files[0], stage.medium(2.5, 0.85, 0.3, field="density"))
+    path = stage.volume(files[0], stage.medium(3.0, 0.9, 0.3, field="density"))
     attribute = stage.stage.GetPrimAtPath(f"{path}/density").GetAttribute("filePath")
     for frame, file in enumerate(files, start=1):
         attribute.Set(Sdf.AssetPath(str(file)), float(frame))
-    stage.rect_light((2.2, 2.5, 1.0), (0, 0, 0), 0.8, 0.8, 12.0)
+    stage.rect_light((2.2, 2.5, 1.0), (0, 0, 0), 0.8, 0.8, 60.0)
     stage.dome((0.03, 0.03, 0.04))
     return stage
 

@@ -18,10 +18,13 @@ impl Session {
     /// What is known after the last render, which was of `frame` of a scene with the fingerprint `now`; `None` if nothing was
     /// learned in it, or it is not over.
     pub fn learned(&self, now: &Fingerprint, frame: f64) -> Option<Cache> {
+        // The film first, as renders do.
+        let film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
+        let (samples, of_whole_passes) = (film.min_samples(), film.next_sample());
         let guide = self.guide.lock().unwrap_or_else(PoisonError::into_inner);
         let guide = guide.as_ref().filter(|guide| guide.statistics().is_some())?;
-        let samples = self.film().min_samples();
-        let taught = guide.taught(samples)?;
+        // A pass that was stopped has taught nothing.
+        let taught = guide.taught(samples.min(of_whole_passes))?;
         let mut cache = self.memory.lock().unwrap_or_else(PoisonError::into_inner).clone();
         guide.remember(&mut cache);
         cache.fingerprint = *now;
