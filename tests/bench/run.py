@@ -24,12 +24,15 @@ from pathlib import Path
 from typing import Any
 
 import lean
+import shots
 from measure import Measurement, Pairs, Worker, WorkerError, alternate, error_at, ladder, samples_per_second
 from support.shared import REPO, shared_root
 
 SCENES = ("kitchen", "jungle", "cloud", "landscape", "underwater")
 RENDERERS = ("tyndall", "cycles", "mitsuba-llvm", "mitsuba-scalar")
 PARTS = ("peers", "start", "lean")
+#: Measured if asked for: it takes longer than all of these.
+FURTHER_PARTS = ("shots",)
 STARTS = 5
 
 
@@ -174,7 +177,11 @@ def parse() -> argparse.Namespace:
     )
     parser.add_argument("--scenes", nargs="+", default=SCENES, choices=SCENES)
     parser.add_argument("--renderers", nargs="+", default=RENDERERS, choices=RENDERERS)
-    parser.add_argument("--parts", nargs="+", default=PARTS, choices=PARTS)
+    parser.add_argument("--parts", nargs="+", default=PARTS, choices=(*PARTS, *FURTHER_PARTS))
+    parser.add_argument("--shots", nargs="+", default=tuple(shots.SHOTS), choices=shots.SHOTS)
+    parser.add_argument("--modes", nargs="+", default=tuple(shots.MODES), choices=shots.MODES)
+    parser.add_argument("--shot-spp", type=int, default=128, help="samples a pixel of each frame of a shot")
+    parser.add_argument("--shot-frames", type=int, default=shots.N_FRAMES, help="frames of each shot")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "bench")
     arguments = parser.parse_args()
     if {"peers", "start"} & set(arguments.parts) and not (shared_root() / "cases" / "scenes").is_dir():
@@ -207,6 +214,13 @@ def main() -> None:
         results["lean"] = [asdict(check) for check in checks]
         head = ["unused", "measured", "without", "with", "ratio"]
         texts.append("What is not used costs nothing:\n\n" + table([head, *map(lean.row, checks)]) + "\n")
+    if "shots" in arguments.parts:
+        frames = shots.measure(arguments.shots, arguments.modes, arguments.shot_spp, arguments.shot_frames)
+        results["shots"] = shots.as_json(frames)
+        title = (
+            f"Frames after the first, warm over cold, {arguments.shot_spp} samples a pixel (geometric means):"
+        )
+        texts.append(f"{title}\n\n{table(shots.summary(frames))}\n")
     text = "\n".join(texts)
     (arguments.out / "results.json").write_text(json.dumps(results, indent=1), encoding="utf-8")
     (arguments.out / "tables.md").write_text(text, encoding="utf-8")

@@ -60,11 +60,24 @@ def test_exposure_is_a_factor(camera):
 
 def test_what_is_not_supported_is_named(camera):
     camera.CreateClippingPlanesAttr([(1, 0, 0, 0)])
-    camera.CreateShutterOpenAttr(-0.25)
-    camera.CreateShutterCloseAttr(0.25)
     _, messages = _read(camera)
     assert "clippingPlanes" in str(messages[0])
-    assert "motion blur" in str(messages[1])
+
+
+def test_the_shutter_tells_how_the_camera_moves(camera):
+    move = camera.AddTranslateOp()
+    for time, x in ((0, 0), (9.75, 1), (10, 3), (11, 4)):
+        move.Set((x, 0, 0), time)
+    camera.CreateShutterOpenAttr(-0.5)
+    camera.CreateShutterCloseAttr(0.5)
+    read = read_camera(camera.GetPrim(), Usd.TimeCode(10), Messages())
+    assert [key.time for key in read.motion] == [0.0, 0.25, 0.5, 1.0]
+    assert read.motion[0].world_from_camera[0, 3] == pytest.approx(9.5 / 9.75)
+    assert [key.world_from_camera[0, 3] for key in read.motion[1:]] == [1, 3, 3.5]
+    assert read_camera(camera.GetPrim(), Usd.TimeCode(10), Messages(), motion_blur=False).motion == ()
+    assert read_camera(camera.GetPrim(), Usd.TimeCode(12), Messages()).motion == (), "it stands still there"
+    camera.GetShutterCloseAttr().Set(-0.5)
+    assert read_camera(camera.GetPrim(), Usd.TimeCode(10), Messages()).motion == ()
 
 
 @pytest.mark.parametrize(

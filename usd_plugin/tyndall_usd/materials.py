@@ -1,17 +1,22 @@
-"""The materials of a stage at the delegate: each translated once, on first use."""
+"""The materials of a stage at the delegate: each translated on first use, and again only if it varies."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from pxr import Usd
+
 from tyndall_usd.read.material import display_color_material, primvar_names, read_material
 
 if TYPE_CHECKING:
-    from pxr import Usd, UsdShade
+    from pxr import Sdf, UsdShade
     from tyndall.messages import Messages
     from tyndall.prims import Material
 
     from tyndall_usd.assets import Assets
+    from tyndall_usd.memory import Memory
+
+_EVERYTHING = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 #: Paths of the looks that no prim of the stage describes.
 DISPLAY_COLOR = "/__tyndall/displayColor"
@@ -21,10 +26,11 @@ DISPLAY_COLOR_OPACITY = "/__tyndall/displayColorOpacity"
 class MaterialLibrary:
     """Translated materials by delegate path."""
 
-    __slots__ = ("_assets", "_messages", "_paths", "_time", "materials")
+    __slots__ = ("_assets", "_memory", "_messages", "_paths", "_time", "materials")
 
-    def __init__(self, time: Usd.TimeCode, *, assets: Assets, messages: Messages) -> None:
+    def __init__(self, time: Usd.TimeCode, *, assets: Assets, messages: Messages, memory: Memory) -> None:
         self._time = time
+        self._memory = memory
         self._assets = assets
         self._messages = messages
         self._paths: dict[str, str | None] = {}
@@ -64,9 +70,32 @@ class MaterialLibrary:
         source = prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim
         key = str(source.GetPath())
         if key not in self._paths:
-            translated = read_material(material, self._time, assets=self._assets, messages=self._messages)
             path = str(prim.GetPath())
+            translated = self._memory.recall(
+                path,
+                self._time.IsDefault(),
+                lambda: _network(source),
+                self._messages,
+                lambda messages: read_material(material, self._time, assets=self._assets, messages=messages),
+            )
             self._paths[key] = None if translated is None else path
             if translated is not None:
                 self.materials[path] = translated
         return self._paths[key]
+
+
+def _network(material: Usd.Prim) -> list[Usd.Prim]:
+    """Return the prims that a material is translated from: those below it and what they are connected to."""
+    found: dict[Sdf.Path, Usd.Prim] = {}
+    pending = [material]
+    while pending:
+        for prim in Usd.PrimRange(pending.pop(), _EVERYTHING):
+            if prim.GetPath() in found:
+                continue
+            found[prim.GetPath()] = prim
+            for attribute in prim.GetAuthoredAttributes():
+                sources = (
+                    prim.GetStage().GetPrimAtPath(at.GetPrimPath()) for at in attribute.GetConnections()
+                )
+                pending += [source for source in sources if source]
+    return list(found.values())

@@ -8,18 +8,21 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from pxr import UsdGeom, UsdShade
+from pxr import Sdf, UsdGeom, UsdShade
+from tyndall.dirty import is_same
 from tyndall.index import PrimIndex
 from tyndall.messages import Messages
-from tyndall.prims import Camera, Instancer, Light, Prim
+from tyndall.prims import Camera, Field, Instancer, Light, Prim
 
 from tyndall_usd.assets import Assets
 from tyndall_usd.materials import MaterialLibrary
+from tyndall_usd.memory import Memory
 from tyndall_usd.read.camera import read_camera
+from tyndall_usd.read.context import ReadContext
 from tyndall_usd.read.light import read_light
 from tyndall_usd.read.mesh import face_count, material_subsets, read_mesh, read_subset
 from tyndall_usd.read.shape import read_shape
-from tyndall_usd.read.volume import read_volume
+from tyndall_usd.read.volume import read_field, read_volume
 from tyndall_usd.read.xform import to_matrix, world_matrix
 from tyndall_usd.skeleton import SkeletonBaker
 from tyndall_usd.traversal import Drawable, Group, Traversal
@@ -30,9 +33,8 @@ if TYPE_CHECKING:
 
     from pxr import Usd
     from tyndall.index import Delegate
-    from tyndall.prims import LightKind, Matrix, Subset
+    from tyndall.prims import LightKind, Matrix, Mesh
 
-    from tyndall_usd.read.context import ReadContext
 
 HEADLIGHT = "/__tyndall/headlight"
 DEFAULT_PURPOSES = ("default", "render")
@@ -69,6 +71,7 @@ class SceneIndex:
         self._material_purpose = material_purpose
         self._assets = Assets()
         self._skeletons = SkeletonBaker(stage)
+        self._memory = Memory(stage, self._skeletons.roots)
         self._index = PrimIndex(delegate)
         self.messages = Messages()
         self.type_counts: Counter[str]
@@ -86,12 +89,32 @@ class SceneIndex:
         self.messages = Messages()
         self._skeletons.bake(time, self.messages)
         prims = _Reading(
-            self._stage, time, self._purposes, self._material_purpose, self._assets, self.messages
+            self._stage,
+            time,
+            self._purposes,
+            self._material_purpose,
+            self._assets,
+            self.messages,
+            self._memory,
         )
         self.type_counts = prims.traversal.type_counts
         changed = self._index.replace_all(prims.prims)
         self.messages.send(self._delegate)
         return changed
+
+    def grids_at(self, time: Usd.TimeCode) -> list[tuple[str, str, int | None]]:
+        """Return file, grid and index of the fields in use that are other ones at `time`."""
+        ctx = ReadContext(time, Messages(), self._assets, np.eye(4))
+        found = []
+        for path, now in self.prims.items():
+            if not isinstance(now, Field):
+                continue
+            # Fields of instances may have paths that no prim has.
+            prim = self._stage.GetPrimAtPath(path) if Sdf.Path.IsValidPathString(path) else None
+            then = read_field(prim, ctx, name=path, world_from_field=np.eye(4)) if prim else None
+            if then is not None and not is_same(replace(now, world_from_field=then.world_from_field), then):
+                found.append((str(then.path), then.grid, then.index))
+        return found
 
     def sync_camera(self, path: str, camera: Camera, messages: Messages) -> None:
         """Replace the camera at `path` by `camera`, which was conformed to the image to be made."""
@@ -122,6 +145,7 @@ class _Reading:
         material_purpose: str,
         assets: Assets,
         messages: Messages,
+        memory: Memory,
     ) -> None:
         self.prims: dict[str, Prim] = {}
         self.traversal = Traversal(
@@ -134,7 +158,8 @@ class _Reading:
         )
         self._messages = messages
         self._material_purpose = material_purpose
-        self._library = MaterialLibrary(time, assets=assets, messages=messages)
+        self._memory = memory
+        self._library = MaterialLibrary(time, assets=assets, messages=messages, memory=memory)
         self._read_all(None, self.traversal.drawables)
         for camera in self.traversal.cameras:
             # Messages about a camera matter only if it is used: see `SceneIndex.sync_camera`.
@@ -188,22 +213,34 @@ class _Reading:
         if drawable.family == "shape":
             self.prims[path] = read_shape(prim, ctx, material=look, primvars=wanted)
             return
-        subsets = self._read_subsets(prim, ctx, wanted)
-        mesh = read_mesh(prim, ctx, material=look, subsets=subsets, primvars=wanted)
+        mesh = self._mesh(prim, path, ctx, look, wanted)
         if mesh is not None:
             self.prims[path] = mesh
 
-    def _read_subsets(self, mesh: Usd.Prim, ctx: ReadContext, wanted: set[str]) -> list[Subset]:
-        """Read the material subsets of `mesh`; adds the primvars of their materials to `wanted`."""
-        prims = material_subsets(mesh)
-        subsets = []
-        for prim, material in zip(prims, self._bound(prims), strict=True):
-            look = self._library.for_gprim(material)
-            subset = read_subset(prim, ctx, n_faces=face_count(mesh, ctx.time), material=look)
-            if subset is not None:
-                wanted |= self._library.primvars(look)
-                subsets.append(subset)
-        return subsets
+    def _mesh(self, prim: Usd.Prim, path: str, ctx: ReadContext, look: str, wanted: set[str]) -> Mesh | None:
+        """Return the mesh with its material subsets; what does not vary in time is read once."""
+        parts = material_subsets(prim)
+        looks = [self._library.for_gprim(material) for material in self._bound(parts)]
+        wanted = wanted.union(*(self._library.primvars(look) for look in looks))
+
+        def read(messages: Messages) -> Mesh | None:
+            at = replace(ctx, messages=messages)
+            n_faces = face_count(prim, ctx.time)
+            subsets = [
+                read_subset(part, at, n_faces=n_faces, material=look)
+                for part, look in zip(parts, looks, strict=True)
+            ]
+            found = [subset for subset in subsets if subset is not None]
+            return read_mesh(prim, at, material=look, subsets=found, primvars=wanted)
+
+        inherited = [primvar.GetAttr() for primvar in ctx.inherited_primvars]
+        handed_down = [attribute.GetPath() for attribute in inherited]
+        key = (ctx.time.IsDefault(), look, looks, wanted, ctx.instancer, handed_down)
+        sources = lambda: (prim, *parts, *(attribute.GetPrim() for attribute in inherited))  # noqa: E731
+        mesh: Mesh | None = self._memory.recall(path, key, sources, ctx.messages, read)
+        if mesh is None or np.array_equal(mesh.world_from_object, ctx.world_from_object):
+            return mesh
+        return replace(mesh, world_from_object=ctx.world_from_object)
 
     def _read_volume(
         self, group: Group | None, prim: Usd.Prim, path: str, ctx: ReadContext, material: UsdShade.Material

@@ -11,18 +11,18 @@ if TYPE_CHECKING:
 
 
 class SkeletonBaker:
-    """Keeps one layer with the skinned points of the current time."""
+    """Keeps one layer with the skinned points of the current time; all of them are below `roots`."""
 
-    __slots__ = ("_layer", "_roots", "_stage")
+    __slots__ = ("_layer", "_stage", "roots")
 
     def __init__(self, stage: Usd.Stage) -> None:
         self._stage = stage
         self._layer: Sdf.Layer | None = None
-        self._roots = [prim.GetPath() for prim in stage.Traverse() if prim.GetTypeName() == "SkelRoot"]
+        self.roots = [prim.GetPath() for prim in stage.Traverse() if prim.GetTypeName() == "SkelRoot"]
 
     def bake(self, time: Usd.TimeCode, messages: Messages) -> None:
         """Write the points of all skinned meshes at `time`; what was baked before is dropped."""
-        if not self._roots:
+        if not self.roots:
             return
         from pxr import UsdSkel
 
@@ -36,7 +36,7 @@ class SkeletonBaker:
             else self._stage.GetStartTimeCode()
         )
         with Usd.EditContext(self._stage, self._layer):
-            for path in self._roots:
+            for path in self.roots:
                 root = UsdSkel.Root(self._stage.GetPrimAtPath(path))
                 if root and not UsdSkel.BakeSkinning(root, Gf.Interval(at, at)):
                     messages.warning(path, "the skinned meshes cannot be computed", "they are drawn at rest")

@@ -5,7 +5,7 @@
 use divan::counter::BytesCount;
 use divan::{Bencher, black_box};
 use std::sync::LazyLock;
-use tyndall_guiding::cache::Cache;
+use tyndall_guiding::cache::{Cache, Present};
 use tyndall_guiding::field::{Field, FieldSettings, PackedDirection, TrainingSample};
 use tyndall_guiding::image_space::ImageGuide;
 use tyndall_guiding::{ClassCosts, EventClass, Moments, Strategy};
@@ -25,15 +25,22 @@ static FIELD: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
     (cache, bytes)
 });
 
-/// A field whose file has 64 MB: that of [`FIELD`] with what other places taught it.
+/// A field whose file has 64 MB, of regions with as many lobes as renders use. How well they fit does not matter here:
+/// one step of fitting makes it in a minute.
 static LARGE: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
-    let settings =
-        FieldSettings { region_samples: 64, effective_samples: 16, max_lobes: 8, ..Default::default() };
+    let settings = FieldSettings {
+        region_samples: 64,
+        effective_samples: 16,
+        initial_lobes: 8,
+        max_lobes: 8,
+        max_iterations: 1,
+        ..Default::default()
+    };
     let mut field = Field::new(settings);
     let mut cache = Cache::default();
     let mut bytes = Vec::new();
     for seed in 0..40 {
-        field.update(&samples(seed, 1_000_000));
+        field.update(&samples(seed, 2_000_000));
         cache.field = Some(field.clone());
         bytes = cache.to_bytes();
         if bytes.len() >= 64 << 20 {
@@ -112,7 +119,8 @@ fn read_and_reuse_large_field(bencher: Bencher<'_, '_>) {
     let (cache, bytes) = &*LARGE;
     bencher.counter(BytesCount::new(bytes.len())).bench_local(|| {
         let mut read = Cache::from_bytes(black_box(bytes)).unwrap_or_default();
-        read.reuse(&cache.fingerprint, cache.origin)
+        let (fingerprint, origin, view) = (cache.fingerprint, cache.origin, cache.view);
+        read.reuse(&Present { fingerprint, origin, view, resolution: [1280, 720] })
     });
 }
 
@@ -120,6 +128,16 @@ fn read_and_reuse_large_field(bencher: Bencher<'_, '_>) {
 #[divan::bench(sample_count = 9)]
 fn read_image(bencher: Bencher<'_, '_>) {
     read(bencher, &IMAGE);
+}
+
+/// What is learned of one camera, moved to another.
+#[divan::bench(sample_count = 9)]
+fn reproject_image(bencher: Bencher<'_, '_>) {
+    let (cache, _) = &*IMAGE;
+    let mut moved = cache.view;
+    moved.world_from_camera.translation.x += 0.01;
+    let image = || cache.image.as_ref().map(|image| image.reprojected(&cache.view, &moved, [1280, 720]));
+    bencher.bench_local(|| black_box(image()));
 }
 
 #[divan::bench(sample_count = 9)]

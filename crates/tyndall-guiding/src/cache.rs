@@ -32,12 +32,12 @@ mod words;
 
 pub use container::{FORMAT, MAGIC};
 pub use error::CacheError;
-pub use fingerprint::{Fingerprint, Reuse, Section};
+pub use fingerprint::{Fingerprint, Present, Reuse, Section};
 pub use merge::{MergeError, Merged};
 pub(crate) use words::{Reader, Writer, f32s_of};
 
 use crate::field::Field;
-use crate::image_space::ImageGuide;
+use crate::image_space::{ImageGuide, View};
 use container::{Container, Kind};
 use error::Result;
 
@@ -61,8 +61,8 @@ pub struct Cache {
     pub samples: u32,
     /// The stage's point that is the origin of the field's space.
     pub origin: [f64; 3],
-    /// The camera of the image guide: `world_from_camera`, row by row.
-    pub camera: [f64; 12],
+    /// The camera of the image guide.
+    pub view: View,
     /// Light and odds by place and direction.
     pub field: Option<Field>,
     /// Odds of camera rays. Its sums hold the mean depths of media and surfaces.
@@ -115,7 +115,8 @@ impl Cache {
         self.fingerprint.write(out);
         out.u32(self.lessons);
         out.u32(self.samples);
-        self.origin.into_iter().chain(self.camera).for_each(|v| out.f64(v));
+        self.origin.into_iter().for_each(|v| out.f64(v));
+        self.view.write(out);
         let frames = &self.frames[self.frames.len().saturating_sub(MOST_FRAMES)..];
         out.u32(frames.len() as u32);
         for frame in frames {
@@ -128,9 +129,10 @@ impl Cache {
         let mut cache = Self { fingerprint: Fingerprint::read(input)?, ..Self::default() };
         cache.lessons = input.u32()?.min(1 << 31);
         cache.samples = input.u32()?;
-        for v in cache.origin.iter_mut().chain(&mut cache.camera) {
+        for v in &mut cache.origin {
             *v = finite(input.f64()?)?;
         }
+        cache.view = View::read(input)?;
         let n_frames = input.u32()? as usize;
         if n_frames > MOST_FRAMES {
             return Err(CacheError::Malformed("it lists too many frames"));

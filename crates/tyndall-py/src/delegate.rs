@@ -1,8 +1,9 @@
 //! The render delegate and what it hands out.
 
-use crate::error::SceneError;
+use crate::error::{SceneError, guarded};
 use crate::prims;
 use pyo3::prelude::*;
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex, PoisonError};
 use tyndall_io::FileAssets;
 use tyndall_render::WorldCache;
@@ -141,6 +142,11 @@ impl RenderDelegate {
             });
         });
         Ok(())
+    }
+
+    /// Decodes a grid that a later commit will ask for. What cannot be read is told then.
+    fn read_ahead(&self, py: Python<'_>, path: PathBuf, grid: &str, index: Option<usize>) -> PyResult<()> {
+        guarded(py, || drop(self.assets.vdb_grid(&path, grid, index)))
     }
 
     fn commit(&self) -> Scene {

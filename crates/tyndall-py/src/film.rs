@@ -1,16 +1,20 @@
 //! The image of a session.
 
+use crate::checkpoint::replace;
 use crate::error::{FileError, RenderError, SettingsError, guarded};
 use numpy::{PyArray3, PyArrayMethods, ToPyArray};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use tyndall_render::aov::{self, Precision};
+use tyndall_render::{GuideState, SavedFilm};
 
 /// An image with its AOVs.
 #[pyclass(frozen, module = "tyndall")]
 pub(crate) struct Film {
     pub(crate) film: tyndall_render::Film,
+    /// What the guides of a checkpoint's render had learned.
+    pub(crate) guide: Option<GuideState>,
     pixel_aspect: f32,
     #[pyo3(get)]
     was_interrupted: bool,
@@ -18,7 +22,7 @@ pub(crate) struct Film {
 
 impl Film {
     pub(crate) fn new(film: tyndall_render::Film, pixel_aspect: f32, was_interrupted: bool) -> Self {
-        Self { film, pixel_aspect, was_interrupted }
+        Self { film, guide: None, pixel_aspect, was_interrupted }
     }
 }
 
@@ -31,13 +35,14 @@ impl Film {
             let bytes = tyndall_io::read_bytes(&path).map_err(|e| e.to_string())?;
             tyndall_render::Film::read_state(&bytes).map_err(|e| format!("{}: {e}", path.display()))
         })?;
-        let (film, description) = read.map_err(FileError::new_err)?;
-        Ok((Self::new(film, 1.0, false), description))
+        let SavedFilm { film, description, guide } = read.map_err(FileError::new_err)?;
+        Ok((Self { guide, ..Self::new(film, 1.0, false) }, description))
     }
 
-    /// Writes all that is known of the samples, for sessions that go on from here and for `joined`.
+    /// Writes all that is known of the samples, for `joined`.
     fn write_state(&self, py: Python<'_>, path: PathBuf, description: &str) -> PyResult<()> {
-        guarded(py, || write_state(&self.film, description, &path))?.map_err(FileError::new_err)
+        guarded(py, || replace(&path, |file| self.film.write_state(description, file)))?
+            .map_err(FileError::new_err)
     }
 
     /// This film with the samples of `following`, which begin where its own end.
@@ -118,18 +123,6 @@ impl Film {
         }
         .map_err(FileError::new_err)
     }
-}
-
-/// Writes a film and a text of the caller's, atomically.
-pub(crate) fn write_state(
-    film: &tyndall_render::Film,
-    description: &str,
-    path: &std::path::Path,
-) -> Result<(), String> {
-    tyndall_io::write_atomically(path, |file| {
-        film.write_state(description, file).map_err(|e| tyndall_io::IoError::write(path, e))
-    })
-    .map_err(|e| e.to_string())
 }
 
 type Metadata = [(String, tyndall_io::MetaValue)];

@@ -302,6 +302,11 @@ pub(crate) fn camera(object: Object) -> PyResult<Prim> {
     let projection: String = get(object, "projection")?;
     Ok(Prim::Camera(Arc::new(Camera {
         world_from_camera: transform(object, "world_from_camera")?,
+        motion: object
+            .getattr("motion")?
+            .try_iter()?
+            .map(|key| camera_key(&key?))
+            .collect::<PyResult<_>>()?,
         projection: match projection.as_str() {
             "perspective" => Projection::Perspective,
             "orthographic" => Projection::Orthographic,
@@ -315,6 +320,11 @@ pub(crate) fn camera(object: Object) -> PyResult<Prim> {
         clipping_range: get(object, "clipping_range")?,
         exposure_scale: get(object, "exposure_scale")?,
     })))
+}
+
+fn camera_key(key: Object) -> PyResult<CameraKey> {
+    let time = get(key, "time")?;
+    Ok(CameraKey { time, world_from_camera: transform(key, "world_from_camera")? })
 }
 
 /// A JSON value as a Python object.

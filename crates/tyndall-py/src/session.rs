@@ -1,7 +1,7 @@
 //! Sessions: build the world, render with progress, stop on Ctrl-C.
 
 use crate::cache::SessionCache;
-use crate::checkpoint::Checkpoint;
+use crate::checkpoint::{Checkpoint, replace};
 use crate::delegate::{Diagnostic, Scene};
 use crate::error::{FileError, RenderError, SceneError, SettingsError, guarded};
 use crate::field::Field;
@@ -135,14 +135,22 @@ impl Session {
         self.session.is_complete()
     }
 
-    /// Goes on from the film of an earlier session of the same scene and settings.
+    /// Goes on from the checkpoint of an earlier session of the same scene and settings. Raises if guides learn here and
+    /// it does not say what they knew.
     fn resume(&self, earlier: &Film) -> PyResult<()> {
-        self.session.resume(&earlier.film).map_err(|e| RenderError::new_err(e.to_string()))
+        let resumed = self.session.resume(&earlier.film, earlier.guide.as_ref());
+        resumed.map_err(|e| RenderError::new_err(e.to_string()))
+    }
+
+    /// Saves what there is after a render, for sessions that go on from here.
+    fn write_state(&self, py: Python<'_>, path: PathBuf, description: &str) -> PyResult<()> {
+        guarded(py, || replace(&path, |file| self.session.write_state(description, file)))?
+            .map_err(FileError::new_err)
     }
 
     /// Renders to the end, the time limit, or until `progress` returns False. An exception raised by `progress` and
     /// Ctrl-C come out as they are; `film()` has what was done until then, and the guiding cache what was learned. It
-    /// remembers `frame`. A `checkpoint` (path, seconds, text) saves the film at most so often.
+    /// remembers `frame`. A `checkpoint` (path, seconds, text) saves film and guides at most so often.
     #[pyo3(signature = (progress = None, checkpoint = None, frame = 0.0))]
     fn render(
         &self,
@@ -254,10 +262,10 @@ impl Session {
         std::thread::scope(|scope| {
             let worker = scope.spawn(|| {
                 let outcome = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                    self.session.render_watched(control, &mut |film| {
-                        self.preview.show(film);
+                    self.session.render_watched(control, &mut |snapshot| {
+                        self.preview.show(snapshot.film());
                         if let Some(checkpoint) = &mut checkpoint {
-                            checkpoint.save_when_due(film);
+                            checkpoint.save_when_due(&snapshot);
                         }
                     });
                 }));

@@ -1,6 +1,10 @@
 //! From a pixel position to a camera ray (UsdGeomCamera's model).
 
+mod motion;
+
 use glam::{DAffine3, DVec3, Mat3A, Vec2, Vec3A};
+use motion::Motion;
+use tyndall_guiding::image_space::View;
 use tyndall_math::{Ray, sampling::concentric_disk};
 use tyndall_scene::prim::{self, Projection};
 use tyndall_scene::{Diagnostics, PrimPath};
@@ -9,6 +13,8 @@ use tyndall_scene::{Diagnostics, PrimPath};
 #[derive(Debug, Clone)]
 pub struct CameraModel {
     world_from_camera: Mat3A,
+    /// Of a camera that does not stand still.
+    motion: Option<Motion>,
     projection: Projection,
     /// Lower left corner and size of the image on the plane z = -1 (perspective) or in stage units (orthographic).
     window_min: Vec2,
@@ -58,6 +64,7 @@ impl CameraModel {
         let [near, far] = camera.clipping_range;
         let model = Self {
             world_from_camera: rotation,
+            motion: Motion::new(path, &camera.motion, position, diagnostics),
             projection: camera.projection,
             window_min: center - size * 0.5,
             window_size: size,
@@ -89,9 +96,15 @@ impl CameraModel {
         self.lens_radius > 0.0
     }
 
-    /// The ray through `image` in [0, 1]^2, (0, 0) the upper left corner; `lens` in [0, 1)^2.
+    /// Whether it moves while the shutter is open.
+    pub fn moves(&self) -> bool {
+        self.motion.is_some()
+    }
+
+    /// The ray through `image` in [0, 1]^2, (0, 0) the upper left corner; `lens` in [0, 1)^2; `time` in [0, 1], 0 when the
+    /// shutter opens and 1 when it closes.
     #[inline]
-    pub fn ray(&self, image: Vec2, lens: Vec2) -> CameraRay {
+    pub fn ray(&self, image: Vec2, lens: Vec2, time: f32) -> CameraRay {
         let film = self.window_min + self.window_size * Vec2::new(image.x, 1.0 - image.y);
         let (origin, direction) = match self.projection {
             Projection::Perspective => (Vec3A::ZERO, Vec3A::new(film.x, film.y, -1.0)),
@@ -102,11 +115,15 @@ impl CameraModel {
         let direction = direction / length;
         let axial_speed = -direction.z;
         let (t_near, t_far) = (self.near / axial_speed, self.far / axial_speed);
-        let ray = Ray {
-            origin: self.world_from_camera * (origin + direction * t_near),
-            direction: self.world_from_camera * direction,
-            t_max: t_far - t_near,
+        let start = origin + direction * t_near;
+        let (origin, direction) = match &self.motion {
+            None => (self.world_from_camera * start, self.world_from_camera * direction),
+            Some(motion) => {
+                let (rotation, position) = motion.at(time);
+                (rotation * start + position, rotation * direction)
+            }
         };
+        let ray = Ray { origin, direction, t_max: t_far - t_near };
         CameraRay { ray, axial_speed, near_depth: self.near }
     }
 
@@ -115,9 +132,15 @@ impl CameraModel {
         -self.world_from_camera.z_axis.dot(point)
     }
 
-    /// How the camera is turned: its axes in world space.
-    pub fn rotation(&self) -> Mat3A {
-        self.world_from_camera
+    /// The camera as guides know it; `position` is the stage's point that is the origin.
+    pub fn view(&self, position: DVec3) -> View {
+        View {
+            world_from_camera: DAffine3::from_mat3_translation(self.world_from_camera.as_dmat3(), position),
+            window_min: self.window_min.as_dvec2(),
+            window_size: self.window_size.as_dvec2(),
+            near: self.near.into(),
+            is_parallel: self.projection == Projection::Orthographic,
+        }
     }
 
     /// Nearest and farthest depth seen.
@@ -182,7 +205,7 @@ mod tests {
             aperture_offset: DVec2::new(5.0, 0.0),
             ..Default::default()
         };
-        let ray = model(&camera).ray(Vec2::ZERO, Vec2::ZERO);
+        let ray = model(&camera).ray(Vec2::ZERO, Vec2::ZERO, 0.0);
         let expected = Vec3A::new(-0.5, 0.5, -1.0).normalize();
         assert!((ray.ray.direction - expected).length() < 1e-6);
         assert!((ray.axial_speed - -expected.z).abs() < 1e-6);
@@ -193,7 +216,7 @@ mod tests {
         let mut m =
             model(&prim::Camera { aperture: DVec2::new(1.0, 1.0), focal_length: 0.5, ..Default::default() });
         m.fit_to([200, 100], 1.0);
-        let d = m.ray(Vec2::new(1.0, 0.5), Vec2::ZERO).ray.direction;
+        let d = m.ray(Vec2::new(1.0, 0.5), Vec2::ZERO, 0.0).ray.direction;
         assert!((d.x / -d.z - 2.0).abs() < 1e-6, "horizontal tangent doubled: {d}");
     }
 
@@ -203,7 +226,7 @@ mod tests {
         let m = model(&camera);
         let image = Vec2::new(0.2, 0.7);
         let at_focus = |lens: Vec2| {
-            let r = m.ray(image, lens);
+            let r = m.ray(image, lens, 0.0);
             r.ray.at(4.0 / r.axial_speed)
         };
         let sharp = at_focus(Vec2::splat(0.5));
@@ -215,7 +238,7 @@ mod tests {
     #[test]
     fn near_plane_moves_the_origin_and_far_plane_ends_the_ray() {
         let m = model(&prim::Camera { clipping_range: [2.0, 10.0], ..Default::default() });
-        let r = m.ray(Vec2::new(0.9, 0.1), Vec2::ZERO);
+        let r = m.ray(Vec2::new(0.9, 0.1), Vec2::ZERO, 0.0);
         assert!((r.ray.origin.z + 2.0).abs() < 1e-5);
         assert!((r.ray.at(r.ray.t_max).z + 10.0).abs() < 1e-4);
     }
@@ -227,6 +250,46 @@ mod tests {
             prim::Camera { world_from_camera: DAffine3::from_scale(DVec3::ZERO), ..Default::default() };
         let (m, _) = CameraModel::from_prim(&"/cam".into(), &camera, &mut diagnostics);
         assert_eq!(diagnostics.as_slice().len(), 1);
-        assert!(m.ray(Vec2::splat(0.5), Vec2::ZERO).ray.direction.z < -0.99);
+        assert!(m.ray(Vec2::splat(0.5), Vec2::ZERO, 0.0).ray.direction.z < -0.99);
+    }
+
+    fn key(time: f64, world_from_camera: DAffine3) -> prim::CameraKey {
+        prim::CameraKey { time, world_from_camera }
+    }
+
+    #[test]
+    fn moving_cameras_go_straight_between_their_keys_and_turn_about_one_axis() {
+        let at = |x: f64, angle: f64| {
+            DAffine3::from_translation(DVec3::new(1e6 + x, 0.0, 0.0)) * DAffine3::from_rotation_y(angle)
+        };
+        let camera = prim::Camera {
+            world_from_camera: at(1.0, 0.0),
+            motion: vec![key(0.0, at(0.0, 0.0)), key(0.5, at(1.0, 0.0)), key(1.0, at(3.0, 0.5))],
+            ..Default::default()
+        };
+        let m = model(&camera);
+        assert!(m.moves());
+        for (time, x, angle) in [(0.0, -1.0, 0.0), (0.25, -0.5, 0.0), (0.75, 1.0, 0.25), (1.0, 2.0, 0.5f32)] {
+            let ray = m.ray(Vec2::splat(0.5), Vec2::ZERO, time).ray;
+            assert!((ray.origin - Vec3A::X * x).length() < 1e-6, "at {time}: {}", ray.origin);
+            let forth = Vec3A::new(-angle.sin(), 0.0, -angle.cos());
+            assert!((ray.direction - forth).length() < 1e-6, "at {time}: {}", ray.direction);
+        }
+    }
+
+    #[test]
+    fn keys_without_motion_and_keys_out_of_order_are_none() {
+        let here = DAffine3::from_translation(DVec3::X);
+        let there = DAffine3::from_translation(DVec3::Y);
+        for keys in [
+            vec![],
+            vec![key(0.0, there)],
+            vec![key(0.0, here), key(1.0, here)],
+            vec![key(0.5, here), key(0.5, there)],
+            vec![key(f64::NAN, here), key(2.0, there)],
+        ] {
+            let camera = prim::Camera { world_from_camera: here, motion: keys, ..Default::default() };
+            assert!(!model(&camera).moves());
+        }
     }
 }

@@ -15,7 +15,7 @@ mod tile;
 
 pub use block::SAMPLE_GRID;
 pub(crate) use block::leaf_end;
-pub use state::StateError;
+pub use state::{SavedFilm, StateError};
 pub(crate) use tile::Tile;
 
 use crate::aov::{self, Aov};

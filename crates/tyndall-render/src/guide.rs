@@ -4,9 +4,11 @@
 //! that nothing depends on threads.
 
 mod memory;
+mod state;
 mod statistics;
 mod trial;
 
+pub use state::GuideState;
 pub use statistics::{FieldSize, GuideStatistics};
 pub use trial::TrialResult;
 
@@ -36,6 +38,7 @@ const FEW_PATHS: u64 = 1 << 14;
 const MAX_LOBES: u32 = 8;
 
 /// The guides of one render.
+#[derive(Debug, Clone)]
 pub(crate) struct RenderGuide {
     camera: Option<ImageGuide>,
     field: Option<Field>,

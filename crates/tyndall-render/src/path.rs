@@ -158,12 +158,16 @@ impl<'a> Integrator<'a> {
         let on_image = (Vec2::new(pixel[0] as f32 + 0.5, pixel[1] as f32 + 0.5) + offset)
             / Vec2::new(self.resolution[0] as f32, self.resolution[1] as f32);
         // Without a lens the numbers for it are free.
-        let has_lens = self.world.camera().has_lens();
-        let first_choice = self
-            .world
-            .has_media()
-            .then(|| guidance.shift(if has_lens { sampler.next_4d()[0] } else { lens_x }));
-        let camera_ray = self.world.camera().ray(on_image, Vec2::new(lens_x, lens_y));
+        let camera = self.world.camera();
+        let needs_more = camera.has_lens() && (self.world.has_media() || camera.moves());
+        let [choice, time] = if needs_more {
+            let [choice, time, ..] = sampler.next_4d();
+            [choice, time]
+        } else {
+            [lens_x, lens_y]
+        };
+        let first_choice = self.world.has_media().then(|| guidance.shift(choice));
+        let camera_ray = camera.ray(on_image, Vec2::new(lens_x, lens_y), time);
         let mut path = Path {
             world: self.world,
             rng: sampler.stream(0),

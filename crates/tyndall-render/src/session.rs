@@ -2,16 +2,18 @@
 //!
 //! Every sample is a pure function of (seed, pixel, sample index), tiles own their pixels and sums are taken in an order
 //! that belongs to the film, so neither the number of threads nor a stop and a fresh start between two passes changes a
-//! bit of the image. Only what guides have learned is lost with a session.
+//! bit of the image. A pass that was stopped teaches nothing: it is rendered again, and teaches then.
 
 mod memory;
+mod snapshot;
 mod stopwatch;
 
 use crate::film::{Film, SAMPLE_GRID, Tile, leaf_end};
-use crate::guide::{GuideStatistics, RenderGuide, TileLessons};
+use crate::guide::{GuideState, GuideStatistics, RenderGuide, TileLessons};
 use crate::path::{Integrator, PathStatistics};
 use crate::world::World;
 use rayon::prelude::*;
+pub use snapshot::Snapshot;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -88,7 +90,7 @@ pub struct Session {
     range: Range<u32>,
     learns: bool,
     statistics: Mutex<PathStatistics>,
-    /// What the last render learned.
+    /// What renders have learned so far.
     guide: Mutex<Option<RenderGuide>>,
     /// What earlier renders learned.
     memory: Mutex<Cache>,
@@ -142,12 +144,26 @@ impl Session {
         Ok(self)
     }
 
-    /// Goes on from the film of an earlier session with the same world and settings.
+    /// Goes on from the film of an earlier session with the same world and settings, and from what its guides knew then.
     ///
     /// # Errors
-    /// The film has another size, other AOVs or another first sample than the next one to be made.
-    pub fn resume(&self, earlier: &Film) -> Result<(), SessionError> {
-        self.film.lock().unwrap_or_else(PoisonError::into_inner).append(earlier).map_err(SessionError::Film)
+    /// The film has another size, other AOVs or another first sample than the next one to be made; or guides learn here
+    /// and `guide` is not of such a render.
+    pub fn resume(&self, earlier: &Film, guide: Option<&GuideState>) -> Result<(), SessionError> {
+        let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
+        let fresh = self.fresh_guide(&film);
+        let fitting = guide.filter(|state| state.0.continues(&fresh));
+        if fitting.is_none() && self.learns && earlier.total_samples() > 0 {
+            return Err(SessionError::Film("it does not keep what guides had learned".to_owned()));
+        }
+        film.append(earlier).map_err(SessionError::Film)?;
+        *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = fitting.map(|state| state.0.clone());
+        Ok(())
+    }
+
+    /// Guides that have learned nothing in this session.
+    fn fresh_guide(&self, film: &Film) -> RenderGuide {
+        RenderGuide::new(film, &self.settings, self.world.has_media())
     }
 
     /// Renders all passes, or until `control` is stopped.
@@ -155,31 +171,34 @@ impl Session {
         self.render_watched(control, &mut |_| ());
     }
 
-    /// As [`Self::render`], and shows the film after every pass, the one that was stopped too.
-    pub fn render_watched(&self, control: &Control, after_pass: &mut dyn FnMut(&Film)) {
+    /// As [`Self::render`], and shows what there is after every pass, the one that was stopped too.
+    pub fn render_watched(&self, control: &Control, after_pass: &mut dyn FnMut(Snapshot<'_>)) {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
-        guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
+        let earlier = self.guide.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let mut guide = earlier.unwrap_or_else(|| {
+            let mut guide = self.fresh_guide(&film);
+            guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
+            guide
+        });
         control.samples.fetch_add(film.total_samples(), Ordering::Relaxed);
         let mut done = film.next_sample();
         while done < self.range.end && !film.is_clean(done) && !control.is_stopped() {
             let target = leaf_end(done).min(self.range.end);
             let image: &mut Film = &mut film;
             guide.begin_pass(done, target);
-            let (of_pass, lessons) =
-                self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
-            if !lessons.is_empty() {
-                control.learning.time(|| self.pool.install(|| guide.learn(image, lessons)));
+            let pass = self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
+            if !pass.lessons.is_empty() {
+                control.learning.time(|| self.pool.install(|| guide.learn(image, pass.lessons)));
             }
-            self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&of_pass);
+            self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&pass.statistics);
             if film.next_sample() == target {
                 let image: &mut Film = &mut film;
                 let threshold = f64::from(self.settings.noise_threshold);
                 self.pool.install(|| image.update_noise(target, threshold));
             }
             control.passes.fetch_add(1, Ordering::Relaxed);
-            after_pass(&film);
+            after_pass(Snapshot::new(&film, &guide));
             done = target;
         }
         *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = Some(guide);
@@ -236,27 +255,44 @@ impl Session {
     }
 }
 
-/// Brings every pixel to `target` samples; returns what the paths did and, of each tile, what they taught.
+/// What a pass did, and what it taught: an entry a tile, none if it teaches nothing or was stopped.
+struct PassOutcome {
+    statistics: PathStatistics,
+    lessons: Vec<TileLessons>,
+}
+
+/// Brings every pixel to `target` samples.
 fn render_pass(
     integrator: &Integrator,
     film: &mut Film,
     target: u32,
     guide: &RenderGuide,
     control: &Control,
-) -> (PathStatistics, Vec<TileLessons>) {
+) -> PassOutcome {
     let pixels = u64::from(film.width()) * u64::from(film.height());
     let first = film.next_sample();
     let stride = guide.teaching_stride(pixels * u64::from(target - first));
     let pass = Pass { integrator, guide, control, first, target, stride };
     let (tiles, is_clean) = film.tiles_to_render();
-    let tiles: Vec<_> = tiles.par_iter_mut().map(|tile| pass.render(tile, &is_clean)).collect();
+    let of_tiles: Vec<_> = tiles.par_iter_mut().map(|tile| pass.render(tile, &is_clean)).collect();
+    let is_complete = of_tiles.iter().all(|of_tile| of_tile.is_complete);
     let mut statistics = PathStatistics::default();
     let mut lessons = Vec::new();
-    for (of_tile, learned) in tiles {
-        statistics.merge(&of_tile);
-        lessons.extend(learned);
+    for of_tile in of_tiles {
+        statistics.merge(&of_tile.statistics);
+        lessons.extend(of_tile.lessons.filter(|_| is_complete));
     }
-    (statistics, lessons)
+    if is_complete {
+        tiles.iter_mut().for_each(Tile::finish);
+    }
+    PassOutcome { statistics, lessons }
+}
+
+/// What was done in one tile.
+struct TileOutcome {
+    statistics: PathStatistics,
+    lessons: Option<TileLessons>,
+    is_complete: bool,
 }
 
 /// What is the same for all tiles of a pass.
@@ -272,11 +308,7 @@ struct Pass<'a> {
 }
 
 impl Pass<'_> {
-    fn render(
-        &self,
-        tile: &mut Tile,
-        is_clean: &impl Fn(u32, u32, u32) -> bool,
-    ) -> (PathStatistics, Option<TileLessons>) {
+    fn render(&self, tile: &mut Tile, is_clean: &impl Fn(u32, u32, u32) -> bool) -> TileOutcome {
         let mut statistics = PathStatistics::default();
         let mut lessons = self.guide.lessons(tile, self.first, self.target);
         let mut scratch = self.integrator.scratch();
@@ -290,7 +322,7 @@ impl Pass<'_> {
             let told = self.guide.lookup([x, y]);
             for sample in first..self.target {
                 if self.control.is_stopped() {
-                    return (statistics, lessons);
+                    return TileOutcome { statistics, lessons, is_complete: false };
                 }
                 number += 1;
                 let teaches = self.stride > 0 && number % self.stride == 0;
@@ -310,7 +342,10 @@ impl Pass<'_> {
             let taken = u64::from(self.target.saturating_sub(first));
             self.control.samples.fetch_add(taken, Ordering::Relaxed);
         }
-        tile.finish();
-        (statistics, lessons)
+        // A pass that teaches is closed as a whole, or some of its lessons would be lost with a stop.
+        if lessons.is_none() {
+            tile.finish();
+        }
+        TileOutcome { statistics, lessons, is_complete: true }
     }
 }

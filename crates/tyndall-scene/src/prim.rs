@@ -7,7 +7,7 @@ mod light;
 mod material;
 mod volume;
 
-pub use camera::{Camera, Projection};
+pub use camera::{Camera, CameraKey, Projection};
 pub use geometry::{Interpolation, Mesh, Primvar, Shape, ShapeKind, Subdivision, SubdivisionScheme, Subset};
 pub use instancer::Instancer;
 pub use light::{ConeProfile, DomeTexture, Light, LightKind, Shaping};

@@ -195,7 +195,6 @@ def _add_render(parser: argparse.ArgumentParser) -> None:
     add("-d", "--default-time", "--defaultTime", action="store_true", help="render the stage's default time")
     add("--aov", nargs="+", action="extend", metavar="NAME", help="AOVs to write; see --list-aovs")
     add("--list-aovs", action="store_true", help="print the AOVs and exit")
-    add("--disable-motionblur", action="store_true", help="accepted; motion is never blurred in this version")
     add("--make-output-path", action="store_true", help="create the output's folder")
     add("--skip-existing-frames", action="store_true", help="leave frames whose file exists")
     add("--stats", metavar="FILE.json", help="write times, memory and counts")
@@ -277,6 +276,11 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         type=values.positive_float,
         metavar="RATIO",
         help="width of a pixel divided by its height",
+    )
+    add(
+        "--disable-motionblur",
+        action="store_true",
+        help="the camera stands still at the frame's own time, whatever its shutter says",
     )
     add("--spp", "--pixel-samples", "-p", type=values.positive_int, metavar="N", help="samples per pixel")
     add(

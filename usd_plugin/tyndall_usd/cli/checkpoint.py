@@ -65,22 +65,20 @@ class Checkpoint:
         if difference:
             self._warn(f"{self._path} is of another render: {difference}", "the render begins anew")
             return
-        if session.learns:
-            self._warn(
-                f"{self._path} does not keep what guiding had learned: it learns anew, and the noise is not "
-                "that of a render without a stop",
-                "--guiding off --distance-sampling delta resumes bit for bit",
-            )
-        session.resume(state.film)
+        try:
+            session.resume(state.film)
+        except tyndall.RenderError as error:
+            self._warn(f"{self._path} cannot be used: {error}", "the render begins anew")
+            return
         LOG.info("%s: going on after %d samples", self._path, state.film.samples)
 
-    def conclude(self, session: tyndall.Session, film: tyndall.Film) -> None:
+    def conclude(self, session: tyndall.Session) -> None:
         """Save what was stopped; remove the checkpoint of what is complete and written."""
         if session.is_complete:
             if self._seconds is not None or self._resumes:
                 self._path.unlink(missing_ok=True)
         elif self._seconds is not None:
-            film.write_state(self._path, self._description.to_json())
+            session.write_state(self._path, self._description.to_json())
         if session.checkpoint_failure:
             self._warn(
                 f"no checkpoint was written: {session.checkpoint_failure}", "the image is not affected"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from tyndall_usd.cli.log import LOG, DiagnosticLog
 from tyndall_usd.cli.native_stderr import caught_stderr
 from tyndall_usd.cli.outputs import Task, check_outputs, plan_tasks
 from tyndall_usd.cli.progress import progress_reporter
+from tyndall_usd.cli.read_ahead import ReadAhead
 from tyndall_usd.cli.shot import Shot
 from tyndall_usd.cli.stats import Stats, guide_metadata, tell_cache
 from tyndall_usd.fingerprint import fingerprint
@@ -26,6 +28,7 @@ from tyndall_usd.stage import first_time
 
 if TYPE_CHECKING:
     import argparse
+    from collections.abc import Callable
 
 
 def run_render(options: argparse.Namespace) -> int:
@@ -67,13 +70,18 @@ class _Run:
                 "some; render it with --noise-threshold 0"
             )
         messages.send(self.shot.delegate)
-        for time, frame in times:
+        ahead = ReadAhead(self.shot.delegate)
+        for i, (time, frame) in enumerate(times):
             if self._is_done(tasks, frame):
                 continue
+            ahead.wait()
             with self.stats.phase("translate"), caught_stderr():
                 self.shot.index.sync(time)
+                grids = self.shot.index.grids_at(times[i + 1][0]) if i + 1 < len(times) else []
             for task in tasks:
-                if not self._render_frame(task, time, frame):
+                # Each world that is built forgets files that it does not need: only the last one is safe.
+                start = partial(ahead.start, grids if task is tasks[-1] else [])
+                if not self._render_frame(task, time, frame, start):
                     return ExitCode.INTERRUPTED
         return self._conclude()
 
@@ -84,17 +92,23 @@ class _Run:
         # A checkpoint beside an image says that it was stopped.
         return all(file.exists() and not checkpoint_file(file).exists() for file in files)
 
-    def _render_frame(self, task: Task, time: Usd.TimeCode, frame: float) -> bool:
-        """Render one frame and write its images; return whether it was left to end."""
+    def _render_frame(
+        self, task: Task, time: Usd.TimeCode, frame: float, when_built: Callable[[], None]
+    ) -> bool:
+        """Render one frame and write its images; return whether it was left to end.
+
+        `when_built` is called before the first pass, when all files of this frame were read.
+        """
         _, settings = self.shot.sync_camera(task.view, time)
         settings["aovs"] = task.aovs
-        if self._is_saved and settings.get("guiding", "auto") == "auto":
-            # What was learned would be lost with each part or stop, and with it the bits of one render.
+        if self.options.sample_range and settings.get("guiding", "auto") == "auto":
+            # Each part would learn by itself, and lose the bits of one render.
             settings["guiding"] = "off"
         with self.stats.phase("build"):
             session = tyndall.Session(
                 self.shot.delegate.commit(), settings, sample_range=self.options.sample_range
             )
+        when_built()
         self.diagnostics.show(session.diagnostics)
         description = self._describe(task, frame, session, settings)
         checkpoint = Checkpoint(task.images[0].at(frame), description, self.options, self.diagnostics)
@@ -117,7 +131,7 @@ class _Run:
         tell_cache(statistics)
         self._write(task, frame, film, {**figures, **description.metadata})
         self._write_part(task, frame, film, description)
-        checkpoint.conclude(session, film)
+        checkpoint.conclude(session)
         self.stats.frames.append(
             {
                 "frame": frame,

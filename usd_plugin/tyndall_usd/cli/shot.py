@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import tyndall
 from tyndall.messages import Messages
+from tyndall.prims import Field, Instancer, Light, Mesh, Shape, Volume
 
 from tyndall_usd.cli.inputs import choose_camera, drawn_purposes
-from tyndall_usd.read.camera import conform_aperture, read_camera
+from tyndall_usd.motion import report_unblurred
+from tyndall_usd.read.camera import conform_aperture, read_camera, shutter_interval
 from tyndall_usd.scene_index import SceneIndex
 
 if TYPE_CHECKING:
@@ -46,7 +48,11 @@ class Shot:
         if prim is None:
             prim = choose_camera(self._stage, options.camera, view.camera, messages)
             self._cameras[view.camera] = prim
-        camera = read_camera(prim, time, messages, depth_of_field=view.depth_of_field)
+        blurs = view.motion_blur and not options.disable_motionblur
+        camera = read_camera(prim, time, messages, depth_of_field=view.depth_of_field, motion_blur=blurs)
+        interval = shutter_interval(prim, time)
+        if blurs and not interval.IsEmpty():
+            report_unblurred(self._stage, self._drawn(), interval, messages)
         resolution = options.resolution or (tuple(options.res) if options.res else None)
         pixel_aspect = options.pixel_aspect or view.pixel_aspect
         if resolution is None and options.width:
@@ -65,6 +71,11 @@ class Shot:
             "pixelAspect": pixel_aspect,
         }
         return camera, {**self.renderer_settings, **settings}
+
+    def _drawn(self) -> list[str]:
+        """Return the paths of what is in the picture."""
+        shown = (Mesh, Shape, Instancer, Volume, Field, Light)
+        return [path for path, prim in self.index.prims.items() if isinstance(prim, shown)]
 
 
 def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> dict[str, Any]:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from pxr import UsdGeom
-from tyndall.prims import Camera
+import numpy as np
+from pxr import Gf, Usd, UsdGeom
+from tyndall.prims import Camera, CameraKey
 
 from tyndall_usd.read.xform import to_matrix, world_matrix
 
 if TYPE_CHECKING:
-    from pxr import Usd
     from tyndall.messages import Messages
 
 #: Stage units in the unit of apertures and focal lengths.
@@ -19,7 +19,12 @@ APERTURE_UNIT = 0.1
 
 
 def read_camera(
-    prim: Usd.Prim, time: Usd.TimeCode, messages: Messages, *, depth_of_field: bool = True
+    prim: Usd.Prim,
+    time: Usd.TimeCode,
+    messages: Messages,
+    *,
+    depth_of_field: bool = True,
+    motion_blur: bool = True,
 ) -> Camera:
     """Read the camera `prim` with its own aperture; `conform_aperture` fits it to an image."""
     camera = UsdGeom.Camera(prim)
@@ -41,6 +46,7 @@ def read_camera(
     _report_unsupported(camera, time, messages)
     return Camera(
         world_from_camera=to_matrix(world_matrix(prim, time)),
+        motion=_motion(prim, shutter_interval(prim, time)) if motion_blur else (),
         projection="perspective" if is_perspective else "orthographic",
         aperture=aperture,
         aperture_offset=offset,
@@ -49,6 +55,36 @@ def read_camera(
         focus_distance=float(camera.GetFocusDistanceAttr().Get(time)) if lens_radius else 1.0,
         clipping_range=(float(near), float(far)),
         exposure_scale=float(camera.ComputeLinearExposureScale(time)),
+    )
+
+
+def shutter_interval(camera: Usd.Prim, time: Usd.TimeCode) -> Gf.Interval:
+    """Return when the shutter of `camera` is open around the frame at `time`; empty if it has no duration."""
+    if not time.IsNumeric() or time.IsEarliestTime():
+        return Gf.Interval()
+    shutter = UsdGeom.Camera(camera)
+    opened, closed = shutter.GetShutterOpenAttr().Get(time), shutter.GetShutterCloseAttr().Get(time)
+    return (
+        Gf.Interval(time.GetValue() + opened, time.GetValue() + closed) if opened < closed else Gf.Interval()
+    )
+
+
+def _motion(prim: Usd.Prim, interval: Gf.Interval) -> tuple[CameraKey, ...]:
+    """Return where the camera is when its shutter opens and closes, and at the samples in between."""
+    if interval.IsEmpty():
+        return ()
+    times = {interval.min, interval.max}
+    ancestor = prim
+    while ancestor:
+        if UsdGeom.Xformable(ancestor):
+            times.update(UsdGeom.Xformable(ancestor).GetTimeSamplesInInterval(interval))
+        ancestor = ancestor.GetParent()
+    keys = [to_matrix(world_matrix(prim, Usd.TimeCode(at))) for at in sorted(times)]
+    if all(np.array_equal(keys[0], key) for key in keys):
+        return ()
+    scale = 1.0 / interval.GetSize()
+    return tuple(
+        CameraKey((at - interval.min) * scale, key) for at, key in zip(sorted(times), keys, strict=True)
     )
 
 
@@ -91,10 +127,3 @@ def _report_unsupported(camera: UsdGeom.Camera, time: Usd.TimeCode, messages: Me
     path = camera.GetPath()
     if camera.GetClippingPlanesAttr().Get(time):
         messages.warning(path, "clippingPlanes are not supported", "the camera sees what they would hide")
-    opened, closed = camera.GetShutterOpenAttr().Get(time), camera.GetShutterCloseAttr().Get(time)
-    if opened != closed:
-        messages.warning(
-            path,
-            f"motion blur (shutter {opened:g} to {closed:g}) is not supported",
-            "the frame's own time is rendered",
-        )

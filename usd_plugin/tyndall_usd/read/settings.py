@@ -41,6 +41,7 @@ class View:
     pixel_aspect: float = 1.0
     policy: str = "expandAperture"
     depth_of_field: bool = True
+    motion_blur: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -175,6 +176,8 @@ def _read_view(prims: list[Usd.Prim], messages: Messages) -> View:
         pixel_aspect=pixel_aspect,
         policy=policy,
         depth_of_field=not _strongest(prims, "disableDepthOfField"),
+        # The latter is what older stages say.
+        motion_blur=not (_strongest(prims, "disableMotionBlur") or _strongest(prims, "instantaneousShutter")),
     )
 
 

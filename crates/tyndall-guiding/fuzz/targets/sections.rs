@@ -3,7 +3,8 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use tyndall_guiding::cache::{Cache, FORMAT, Fingerprint, MAGIC, Section};
+use tyndall_guiding::cache::{Cache, FORMAT, Fingerprint, MAGIC, Present};
+use tyndall_guiding::image_space::View;
 
 const BYTE_ORDER: u32 = 0x0a0b_0c0d;
 
@@ -14,7 +15,9 @@ fuzz_target!(|input: &[u8]| {
     let bytes = cache(&[(1, summary), (kind, other)]);
     if let Ok(mut cache) = Cache::from_bytes(&bytes) {
         // What is accepted can be used and written.
-        cache.reuse(&Fingerprint::new(|section| [section as u8; 16]), [0.0; 3]);
+        let fingerprint = Fingerprint::new(|section| [section as u8; 16]);
+        let view = View { near: 0.5, ..View::default() };
+        cache.reuse(&Present { fingerprint, origin: [0.0; 3], view, resolution: [7, 5] });
         std::hint::black_box(cache.to_bytes());
     }
 });

@@ -21,7 +21,7 @@ use super::words::{Reader, Writer};
 use rayon::prelude::*;
 
 /// The latest format, and the only one that is read.
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 /// How a cache begins.
 pub const MAGIC: [u8; 8] = *b"\x93TYC\r\n\x1a\n";
 

@@ -3,7 +3,7 @@
 use super::Cache;
 use super::error::Result;
 use super::words::{Reader, Writer};
-use crate::image_space::ImageGuide;
+use crate::image_space::{ImageGuide, View};
 
 /// What a changed scene keeps of the samples it learned from: as much as a region keeps of the one it was cut from.
 const KEPT: f32 = 0.25;
@@ -81,6 +81,19 @@ impl Fingerprint {
     }
 }
 
+/// The scene that a cache is wanted for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Present {
+    /// What it is made of.
+    pub fingerprint: Fingerprint,
+    /// The stage's point that is the origin of its space.
+    pub origin: [f64; 3],
+    /// Its camera.
+    pub view: View,
+    /// Pixels across and down.
+    pub resolution: [usize; 2],
+}
+
 /// What is left of a cache in a scene that may have changed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reuse {
@@ -93,22 +106,27 @@ pub struct Reuse {
 }
 
 impl Cache {
-    /// Makes this what a scene with the fingerprint `now` and its origin at `origin` can use.
+    /// Makes this what the scene `now` can use.
     ///
     /// Light that changed, and surfaces and media that reflect it differently, make what was learned wrong: it is dropped.
     /// Where only the place of things changed, most of it is still right: it is kept, but counts for a quarter of its
-    /// samples. An image guide is of one camera.
+    /// samples. An image guide is of one camera; what it knows is moved to where the other one sees it.
     ///
     /// Lamps that moved are doubted, not dropped. Variance of the first 16 samples, warm over cold, behind a shade in a foggy
     /// room four units wide (24 x 16 pixels, 96 seeds; taught by 128 samples): of a sphere light .93 after a step of 0.05,
     /// 1.0 of 0.2, 1.15 of 1; of a glowing sphere, which no light sampling finds, .56, .66 and 1.1. Lamps of animated
     /// shots take small steps; one that jumps costs noise.
-    pub fn reuse(&mut self, now: &Fingerprint, origin: [f64; 3]) -> Reuse {
-        let changes = now.changes(&self.fingerprint);
+    pub fn reuse(&mut self, now: &Present) -> Reuse {
+        let changes = now.fingerprint.changes(&self.fingerprint);
         let is_wrong = changes.iter().any(|section| section.invalidates());
         self.field = self.field.take().filter(|_| !is_wrong);
-        self.image = self.image.take().filter(|_| !is_wrong && !changes.contains(&Section::Camera));
-        self.move_to(origin);
+        self.image = self.image.take().filter(|_| !is_wrong);
+        if changes.contains(&Section::Camera) {
+            let seen = |image: ImageGuide| image.reprojected(&self.view, &now.view, now.resolution);
+            self.image = self.image.take().map(seen);
+        }
+        self.view = now.view;
+        self.move_to(now.origin);
         if !changes.is_empty() {
             self.field.iter_mut().for_each(|field| field.decay(KEPT));
             self.image.iter_mut().for_each(|image| image.decay(KEPT));
@@ -119,7 +137,7 @@ impl Cache {
             self.samples = 0;
         }
         self.image.iter_mut().for_each(ImageGuide::make_odds);
-        self.fingerprint = *now;
+        self.fingerprint = now.fingerprint;
         Reuse { field: self.field.is_some(), image: self.image.is_some(), changes }
     }
 

@@ -47,13 +47,13 @@ impl Cache {
                 (None, further) => all.field = further,
                 (Some(_), None) => {}
             }
-            let sees_the_same = all.camera == other.camera;
+            let sees_the_same = all.view == other.view;
             match (&mut all.image, other.image) {
                 (Some(image), Some(further)) if sees_the_same && image.is_like(&further) => {
                     image.merge(&further)
                 }
                 (Some(_), Some(_)) => images_left_out += 1,
-                (None, Some(further)) => (all.image, all.camera) = (Some(further), other.camera),
+                (None, Some(further)) => (all.image, all.view) = (Some(further), other.view),
                 (_, None) => {}
             }
             all.lessons = all.lessons.saturating_add(other.lessons).min(1 << 31);

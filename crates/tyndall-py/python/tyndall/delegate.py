@@ -77,6 +77,13 @@ class RenderDelegate:
         """Add a message about the prim at `path` (empty: the whole shot) to the diagnostics of the scene."""
         self._core.report(severity, path, what, action)
 
+    def read_ahead(self, path: str, grid: str, index: int | None = None) -> None:
+        """Decode a grid of an OpenVDB file that a later commit will ask for, from any thread.
+
+        It is kept until two worlds were built without it. What cannot be read is told when it is asked for.
+        """
+        self._core.read_ahead(path, grid, index)
+
     def commit(self) -> _core.Scene:
         """Return the shot as it is now; later syncs do not change it."""
         return self._core.commit()

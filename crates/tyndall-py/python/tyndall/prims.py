@@ -337,16 +337,29 @@ class Material:
     volume: int | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraKey:
+    """Where a camera is at `time` in [0, 1]: 0 when the shutter opens, 1 when it closes."""
+
+    time: float
+    world_from_camera: Matrix
+
+    def __post_init__(self) -> None:
+        _convert(self, "world_from_camera", np.float64, 4, 4)
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Camera:
     """A camera looking along its local -z with +y up.
 
     `aperture` and `aperture_offset` have the unit of `focal_length` for perspective and are in stage units
     for orthographic; `lens_radius`, `focus_distance` and `clipping_range` are in stage units. A radius of 0
-    is a pinhole.
+    is a pinhole. `motion` says where it is while the shutter is open, in the order of time; between two keys
+    it goes straight and turns evenly.
     """
 
     world_from_camera: Matrix = field(default_factory=identity)
+    motion: tuple[CameraKey, ...] = ()
     projection: Projection = "perspective"
     aperture: tuple[float, float] = (36.0, 24.0)
     aperture_offset: tuple[float, float] = (0.0, 0.0)

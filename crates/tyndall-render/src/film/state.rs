@@ -1,18 +1,19 @@
 //! All of a film as bytes, for checkpoints and for parts made elsewhere.
 //!
 //! Little-endian, in this order: [`MAGIC`], version, length of the header, header (JSON: [`Header`]), the closed blocks
-//! of every tile, the noise of every pixel if sampling is adaptive, and the BLAKE3 digest of everything before it. What a cancelled pass left is not kept: it is rendered
-//! again.
+//! of every tile, the noise of every pixel if sampling is adaptive, what guides had learned, and the BLAKE3 digest of
+//! everything before it. What a cancelled pass left is not kept: it is rendered again.
 
 use super::Film;
 use super::block::Block;
 use super::noise::{NoiseMap, PixelNoise};
 use crate::aov::PixelStatistics;
+use crate::guide::GuideState;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
 
 const MAGIC: [u8; 8] = *b"TYNDFILM";
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 const DIGEST: usize = blake3::OUT_LEN;
 /// Bytes of one pixel's statistics: a count, three sums, three sums of squares.
 const STATISTICS: usize = 4 + 6 * 8;
@@ -27,6 +28,8 @@ struct Header {
     first_sample: u32,
     aovs: Vec<String>,
     is_adaptive: bool,
+    /// Bytes of what guides had learned.
+    guide: Option<u64>,
     /// What the caller wants to find again.
     description: String,
 }
@@ -48,18 +51,40 @@ pub enum StateError {
     Film(String),
 }
 
+/// What a file of a film holds.
+#[derive(Clone)]
+pub struct SavedFilm {
+    /// The film.
+    pub film: Film,
+    /// The text of whoever wrote it.
+    pub description: String,
+    /// What the guides of its render had learned; `None` if that was not kept.
+    pub guide: Option<GuideState>,
+}
+
 impl Film {
     /// Writes the film and a text of the caller's.
     ///
     /// # Errors
     /// Those of `out`.
     pub fn write_state(&self, description: &str, out: &mut dyn Write) -> io::Result<()> {
+        self.write_with_guide(description, None, out)
+    }
+
+    /// As [`Self::write_state`], with what guides knew when the last sample was closed.
+    pub(crate) fn write_with_guide(
+        &self,
+        description: &str,
+        guide: Option<&[u8]>,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
         let header = Header {
             width: self.width,
             height: self.height,
             first_sample: self.first_sample,
             aovs: self.aovs.iter().map(|a| a.name.to_owned()).collect(),
             is_adaptive: self.noise.is_some(),
+            guide: guide.map(|bytes| bytes.len() as u64),
             description: description.to_owned(),
         };
         let header = serde_json::to_vec(&header)?;
@@ -77,15 +102,16 @@ impl Film {
         for pixel in self.noise.iter().flat_map(|noise| &noise.pixels) {
             out.write_all(&noise_bytes(pixel))?;
         }
+        out.write_all(guide.unwrap_or_default())?;
         let digest = out.hasher.finalize();
         out.out.write_all(digest.as_bytes())
     }
 
-    /// Reads what [`Self::write_state`] wrote: the film and the caller's text.
+    /// Reads what [`Self::write_state`] or a snapshot wrote.
     ///
     /// # Errors
     /// The bytes are something else, of another version, or not all there.
-    pub fn read_state(bytes: &[u8]) -> Result<(Self, String), StateError> {
+    pub fn read_state(bytes: &[u8]) -> Result<SavedFilm, StateError> {
         let mut input = Input { bytes };
         if input.array()? != MAGIC {
             return Err(StateError::Foreign);
@@ -102,12 +128,18 @@ impl Film {
         let header_len = input.u32()? as usize;
         let header: Header =
             serde_json::from_slice(input.take(header_len)?).map_err(|_| StateError::Damaged)?;
-        let film = read_film(&header, input)?;
-        Ok((film, header.description))
+        let film = read_film(&header, &mut input)?;
+        let n_bytes = usize::try_from(header.guide.unwrap_or(0)).map_err(|_| StateError::Damaged)?;
+        let bytes = input.take(n_bytes)?;
+        if !input.bytes.is_empty() {
+            return Err(StateError::Damaged);
+        }
+        let guide = header.guide.map(|_| GuideState::from_bytes(bytes).ok_or(StateError::Damaged));
+        Ok(SavedFilm { film, description: header.description, guide: guide.transpose()? })
     }
 }
 
-fn read_film(header: &Header, mut input: Input) -> Result<Film, StateError> {
+fn read_film(header: &Header, input: &mut Input) -> Result<Film, StateError> {
     // Every tile takes four bytes at least: a size that the bytes cannot hold is not allocated.
     let tiles = u64::from(header.width.div_ceil(super::TILE_SIZE))
         * u64::from(header.height.div_ceil(super::TILE_SIZE));
@@ -131,7 +163,7 @@ fn read_film(header: &Header, mut input: Input) -> Result<Film, StateError> {
             *pixel = input.noise()?;
         }
     }
-    if input.bytes.is_empty() { Ok(film) } else { Err(StateError::Damaged) }
+    Ok(film)
 }
 
 fn block_bytes(block: &Block) -> Vec<u8> {

@@ -85,7 +85,7 @@ fn a_stopped_pass_is_rendered_again() {
     assert_eq!(film.next_sample(), 40);
     let mut bytes = Vec::new();
     film.write_state("", &mut bytes).unwrap();
-    let (mut again, _) = Film::read_state(&bytes).unwrap();
+    let mut again = Film::read_state(&bytes).unwrap().film;
     take_samples(&mut again, 40, 100, unruly);
     take_samples(&mut film, 40, 100, unruly);
     assert_eq!(bits(&again), bits(&part(0, 100)));
@@ -97,7 +97,7 @@ fn states_round_trip_and_damage_is_found() {
     let film = part(64, 200);
     let mut bytes = Vec::new();
     film.write_state("a text", &mut bytes).unwrap();
-    let (read, text) = Film::read_state(&bytes).unwrap();
+    let SavedFilm { film: read, description: text, .. } = Film::read_state(&bytes).unwrap();
     assert_eq!((bits(&read), text.as_str()), (bits(&film), "a text"));
     assert_eq!((read.first_sample(), read.next_sample()), (64, 200));
     for len in (0..bytes.len()).step_by(97) {

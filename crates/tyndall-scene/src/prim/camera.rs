@@ -13,13 +13,24 @@ pub enum Projection {
     Orthographic,
 }
 
+/// Where a moving camera is at some moment.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct CameraKey {
+    /// In [0, 1]: 0 when the shutter opens, 1 when it closes.
+    pub time: f64,
+    /// Places the camera; scale is ignored.
+    pub world_from_camera: DAffine3,
+}
+
 /// A camera looking along its local -z with +y up (UsdGeomCamera).
 ///
 /// Apertures and focal length share one unit (tenths of a stage unit in USD); only their ratios matter for perspective.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Camera {
-    /// Places the camera; scale is ignored.
+    /// Places the camera at the time of the frame; scale is ignored.
     pub world_from_camera: DAffine3,
+    /// Where it is while the shutter is open, in the order of time; fewer than two of a camera that stands still.
+    pub motion: Vec<CameraKey>,
     /// Kind of projection.
     pub projection: Projection,
     /// Horizontal and vertical film size. Perspective: same unit as `focal_length`; orthographic: stage units.
@@ -42,6 +53,7 @@ impl Default for Camera {
     fn default() -> Self {
         Self {
             world_from_camera: DAffine3::IDENTITY,
+            motion: Vec::new(),
             projection: Projection::Perspective,
             aperture: DVec2::new(36.0, 24.0),
             aperture_offset: DVec2::ZERO,
