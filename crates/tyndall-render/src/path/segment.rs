@@ -81,7 +81,7 @@ impl<G: Guidance> Path<'_, G> {
             &mut self.rng,
             &mut statistics.walks,
         );
-        self.recorder.add_medium_light(self.throughput * walk.emission);
+        self.recorder.add_medium_light(self.throughput * walk.emission, self.scatter_count);
         let (class, t) = outcome(&walk, ray);
         self.end_lesson(SegmentEnding::tracked(class, t));
         // An unbiased estimate of what tracking's probability was.
@@ -122,7 +122,7 @@ impl<G: Guidance> Path<'_, G> {
             &mut self.rng,
             &mut statistics.walks,
         );
-        self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
+        self.recorder.add_medium_light(self.throughput * resampled.walk.emission, self.scatter_count);
         if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
             self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
             if matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. }) {
