@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 from tyndall.graph import to_vector
-from tyndall.prims import NodeInput, NodeRef
+from tyndall.prims import NodeInput, NodeRef, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -122,7 +122,7 @@ def _product(node: GraphNode, constant: Vector, fields: tuple[NodeRef, ...]) -> 
     return product
 
 
-def _is_product(node: GraphNode, value: NodeInput) -> bool:
+def _is_product(node: GraphNode, value: NodeInput | Table) -> bool:
     """Return whether `value` is made of constants, fields and products."""
     if not isinstance(value, NodeRef):
         return True
@@ -132,7 +132,7 @@ def _is_product(node: GraphNode, value: NodeInput) -> bool:
     return source.kind == "field"
 
 
-def _is_linear(node: GraphNode, value: NodeInput) -> bool:
+def _is_linear(node: GraphNode, value: NodeInput | Table) -> bool:
     """Return whether `value` is made of constants, fields, sums and products."""
     if not isinstance(value, NodeRef):
         return True
@@ -142,10 +142,10 @@ def _is_linear(node: GraphNode, value: NodeInput) -> bool:
     return source.kind == "field"
 
 
-def _terms(node: GraphNode, value: NodeInput) -> dict[tuple[NodeRef, ...], Vector]:
+def _terms(node: GraphNode, value: NodeInput | Table) -> dict[tuple[NodeRef, ...], Vector]:
     """Return the constant factor of every product of fields in a sum."""
     if not isinstance(value, NodeRef):
-        return {(): _ONE if isinstance(value, str) else to_vector(value)}
+        return {(): _ONE if isinstance(value, (str, Table)) else to_vector(value)}
     source = node.graph.node(value)
     if source.kind == "field":
         return {(value,): _ONE}
