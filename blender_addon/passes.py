@@ -17,17 +17,21 @@ _BLENDERS = {
     "rgba": ("Combined", "use_pass_combined"),
     "depth": ("Depth", "use_pass_z"),
     "normal": ("Normal", "use_pass_normal"),
+    "position": ("Position", "use_pass_position"),
 }
 _NAMES = {
     "vsp": "Volume Scatter Probability",
     "vsp_target": "Volume Scatter Probability Target",
     "volume_depth": "Volume Depth",
+    "emission": "Unscattered Light",
+    "direct": "Direct Light",
+    "indirect": "Indirect Light",
 }
 #: Blender's switches of passes that the core does not have; naming them beats leaving them black in silence.
 _MISSING = {
     f"use_pass_{name}": name.replace("_", " ")
     for name in (
-        *("mist", "position", "vector", "uv", "object_index", "material_index", "emit", "environment"),
+        *("mist", "vector", "uv", "object_index", "material_index", "emit", "environment"),
         *("shadow", "ambient_occlusion", "diffuse_direct", "diffuse_indirect", "diffuse_color"),
         *("glossy_direct", "glossy_indirect", "glossy_color", "transmission_direct"),
         *("transmission_indirect", "transmission_color", "subsurface_direct", "subsurface_indirect"),
@@ -64,7 +68,7 @@ def _pass(info: tyndall.AovInfo) -> Pass:
     letters = "".join(c.upper() for c in info.channels)
     if count == 1:
         letters = "Z" if info.name == "depth" else "X"
-    is_vector = info.name == "normal"
+    is_vector = info.name in ("normal", "position")
     kind = "VALUE" if count == 1 else "VECTOR" if is_vector or count == 2 else "COLOR"
     return Pass(
         aov=info.name,

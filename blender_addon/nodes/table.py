@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from . import media, pattern, surface, texture
+from . import arithmetic, media, pattern, procedural, surface, texture
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,19 +32,29 @@ _KINDS = (
     pattern.Attribute,
     pattern.ColorAttribute,
     pattern.VolumeInfo,
-    pattern.Math,
-    pattern.VectorMath,
-    pattern.Mix,
-    pattern.MixRgb,
-    pattern.Clamp,
-    pattern.MapRange,
-    pattern.ColorRamp,
     pattern.Blackbody,
-    pattern.Gamma,
-    pattern.Invert,
+    arithmetic.Math,
+    arithmetic.VectorMath,
+    arithmetic.Mix,
+    arithmetic.MixRgb,
+    arithmetic.Clamp,
+    arithmetic.MapRange,
+    arithmetic.ColorRamp,
+    arithmetic.Gamma,
+    arithmetic.Invert,
+    arithmetic.Combine,
+    arithmetic.CombineColor,
+    arithmetic.Separate,
+    arithmetic.SeparateColor,
+    arithmetic.RgbToBw,
+    procedural.Noise,
+    procedural.Voronoi,
+    procedural.Gradient,
+    procedural.Wave,
     texture.ImageTexture,
     texture.UvMap,
     texture.TextureCoordinate,
+    texture.Geometry,
     texture.Mapping,
     texture.NormalMap,
 )

@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Images on surfaces and where on them."""
+"""Images, and where textures are."""
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from tyndall.graph import to_vector
+from mathutils import Euler, Matrix
 from tyndall.prims import NodeInput, NodeRef
 
 from .tree import Converter
@@ -64,34 +63,70 @@ class UvMap(Converter):
 
 
 class TextureCoordinate(Converter):
-    """Texture coordinates: UV."""
+    """Texture coordinates: UV, in the object's box, or in an object's space."""
 
     idname = "ShaderNodeTexCoord"
 
     def convert(self, node: SourceNode) -> NodeInput:
-        """Return the active UV map."""
-        if node.output.identifier != "UV":
-            node.warn(f"is asked for {node.output.name}", "UV was used")
-        return node.graph.add("primvar", name=ACTIVE_UV)
+        """Return the coordinates that are asked for."""
+        wanted = node.output.identifier
+        is_volume = node.translation.is_volume
+        if wanted == "Object":
+            other = node.node.object
+            if other is None:
+                return node.graph.add("coordinate", space="object")
+            world = node.graph.add("coordinate", space="world")
+            return _transformed(node, world, other.matrix_world.inverted_safe())
+        if wanted == "UV" and not is_volume:
+            return node.graph.add("primvar", name=ACTIVE_UV)
+        if wanted != "Generated":
+            node.warn(f"is asked for {node.output.name}", "Generated was used")
+        return node.graph.add("coordinate", space="box")
+
+
+class Geometry(Converter):
+    """Where on the stage a point is."""
+
+    idname = "ShaderNodeNewGeometry"
+
+    def convert(self, node: SourceNode) -> NodeInput:
+        """Return the position."""
+        if node.output.identifier != "Position":
+            node.warn(f"is asked for {node.output.name}", "0 was used")
+            return 0.0
+        return node.graph.add("coordinate", space="world")
 
 
 class Mapping(Converter):
-    """Texture coordinates scaled, turned around z, and moved."""
+    """Points scaled, turned and moved."""
 
     idname = "ShaderNodeMapping"
 
     def convert(self, node: SourceNode) -> NodeInput:
-        """Return a 2-D transform."""
-        rotation = to_vector(node.constant_color("Rotation", (0.0, 0.0, 0.0)))
-        if rotation[0] != 0.0 or rotation[1] != 0.0 or node.node.vector_type != "POINT":
-            node.warn("is no point mapping around z alone", "the rest of it is ignored")
-        return node.graph.add(
-            "transform2d",
-            rotation=math.degrees(rotation[2]),
-            scale=node.constant_color("Scale", (1.0, 1.0, 1.0)),
-            translation=node.constant_color("Location", (0.0, 0.0, 0.0)),
-            **{"in": node.value("Vector")},
-        )
+        """Return an affine map; of a direction its unit vector."""
+        kind = node.node.vector_type
+        point, scale = node.value("Vector"), node.value("Scale", (1.0, 1.0, 1.0))
+        rotation = Euler(node.constant_color("Rotation", (0.0, 0.0, 0.0))).to_matrix().to_4x4()
+        location = node.value("Location") if kind in ("POINT", "TEXTURE") else (0.0, 0.0, 0.0)
+        combine = node.graph.combine
+        if kind == "TEXTURE":
+            turned = _transformed(node, combine("subtract", point, location), rotation.transposed())
+            return node.graph.add("math", function="divide", in1=turned, in2=scale)
+        if kind == "NORMAL":
+            scaled = node.graph.add("math", function="divide", in1=point, in2=scale)
+            return node.graph.add(
+                "vector_math", function="normalize", in1=_transformed(node, scaled, rotation)
+            )
+        return combine("add", _transformed(node, combine("multiply", point, scale), rotation), location)
+
+
+def _transformed(node: SourceNode, point: NodeInput, matrix: Matrix) -> NodeInput:
+    """Return a point in another space."""
+    if matrix == Matrix.Identity(4):
+        return point
+    columns = [tuple(float(x) for x in column[:3]) for column in matrix.col]
+    x, y, z, translation = columns
+    return node.graph.add("transform3d", x=x, y=y, z=z, translation=translation, **{"in": point})
 
 
 class NormalMap(Converter):

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 #: Rec.709, as Blender turns colours into numbers.
 LUMINANCE: Vector = (0.2126, 0.7152, 0.0722)
+_MEAN: Vector = (1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0)
 #: Shaders inside shaders inside shaders: more is a circle that Blender would not have let pass.
 _MAX_DEPTH = 200
 
@@ -140,13 +141,18 @@ class SourceNode:
             return default
         socket = self._socket(identifier)
         if socket is not None and socket.type == "VALUE":
-            return to_number(self.graph, value, is_volume=self.translation.is_volume)
+            found = source_of(socket, self.groups)
+            return value if found is None else to_number(self.graph, value, found[0].type)
         return value
 
     def color(self, identifier: str) -> NodeInput:
         """Return a colour; numbers are grey."""
         value = self.value(identifier)
         return to_vector(value) if isinstance(value, float) else value
+
+    def varies(self, *identifiers: str) -> bool:
+        """Return whether one of these inputs is not constant."""
+        return any(isinstance(self.value(name), NodeRef) for name in identifiers)
 
     def constant(self, identifier: str, default: float) -> float:
         """Return a number that cannot vary; what varies gives a message and the socket's own value."""
@@ -190,15 +196,17 @@ class SourceNode:
             self.warn(f"has inputs that are not supported: {', '.join(on)}", "they were ignored")
 
 
-def to_number(graph: Graph, value: NodeInput, *, is_volume: bool) -> NodeInput:
-    """Return a colour's luminance; numbers stay, and so do fields, whose grids say what they are."""
+def to_number(graph: Graph, value: NodeInput, kind: str) -> NodeInput:
+    """Return a colour's luminance or a vector's mean; `kind` is the type of the socket that gives it.
+
+    Numbers stay, and so do fields, whose grids say what they are.
+    """
+    weights = {"RGBA": LUMINANCE, "VECTOR": _MEAN}.get(kind)
     if isinstance(value, tuple):
-        return sum(v * w for v, w in zip(value, LUMINANCE, strict=True))
-    if is_volume or not isinstance(value, NodeRef) or graph.node(value).kind not in ("image", "primvar"):
+        return sum(v * w for v, w in zip(value, weights or LUMINANCE, strict=True))
+    if weights is None or not isinstance(value, NodeRef) or graph.node(value).kind == "field":
         return value
-    channels = [graph.add("channel", channel=c, **{"in": value}) for c in "rgb"]
-    parts = [graph.combine("multiply", c, w) for c, w in zip(channels, LUMINANCE, strict=True)]
-    return graph.combine("add", graph.combine("add", parts[0], parts[1]), parts[2])
+    return graph.add("vector_math", function="dot", in1=value, in2=weights)
 
 
 def own_value(socket: bpy.types.NodeSocket) -> NodeInput | None:

@@ -11,9 +11,14 @@ import bpy
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
+import lights_and_cameras  # noqa: E402
+import media_shots  # noqa: E402
 import shots  # noqa: E402
+import surface_shots  # noqa: E402
 
 import blender_addon  # noqa: E402
+
+SHOTS = {**lights_and_cameras.SHOTS, **media_shots.SHOTS, **surface_shots.SHOTS}
 
 
 def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: str) -> None:
@@ -23,7 +28,7 @@ def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: s
     if grid:
         shots.cloud(grid[0], float(grid[1]))
     else:
-        shots.SHOTS[shot]()
+        SHOTS[shot]()
     for seed in range(int(seeds)):
         shots.set_samples(scene, int(samples), seed)
         scene.render.filepath = f"{folder}/{engine}-{seed}.exr"

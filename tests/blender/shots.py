@@ -1,14 +1,11 @@
-"""Small shots, each about one convention, built in Blender for any engine."""
+"""What small shots are made of, in Blender, for any engine."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import bpy
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 def new_scene(engine: str, *, resolution: tuple[int, int] = (16, 16), bounces: int = 8) -> Any:
@@ -121,73 +118,6 @@ def lamp(kind: str, location: Any, rotation: Any = (0, 0, 0), **attributes: Any)
     return place(kind, data, location, rotation)
 
 
-def floor() -> None:
-    """Add a grey floor seen from above, and a camera beside the light's axis."""
-    material(plane(40.0), "ShaderNodeBsdfDiffuse", Color=(0.5, 0.5, 0.5, 1.0))
-    camera((0, 0, 6), lens=36.0)
-
-
-def point_light() -> None:
-    """A point of no size."""
-    floor()
-    lamp("POINT", (0.5, 0.2, 3), energy=200, shadow_soft_size=0.0, color=(1, 0.5, 0.25))
-
-
-def sphere_light() -> None:
-    """A lamp with a radius, seen by the camera."""
-    floor()
-    light = lamp("POINT", (0.5, 0.2, 3), energy=200, shadow_soft_size=0.4, use_soft_falloff=False)
-    light.visible_camera = True
-
-
-def spot_light() -> None:
-    """A cone with a soft edge inside the picture."""
-    floor()
-    lamp("SPOT", (0, 0, 3), (0.2, 0.1, 0), energy=300, shadow_soft_size=0.0, spot_size=0.8, spot_blend=0.6)
-
-
-def area_light() -> None:
-    """A rectangle, scaled, with light from behind passing it."""
-    floor()
-    light = lamp("AREA", (0, 0, 3), (0.5, 0, 0), energy=200, shape="RECTANGLE", size=1.0, size_y=2.0)
-    light.scale = (1.5, 1.0, 1.0)
-    sky(0.2)
-
-
-def ellipse_light() -> None:
-    """An ellipse, not normalised, with temperature and exposure."""
-    floor()
-    light = lamp("AREA", (0, 0, 3), (0.4, 0.2, 0), energy=20, shape="ELLIPSE", size=1.0, size_y=2.0)
-    light.data.normalize, light.data.exposure = False, 1.5
-    light.data.use_temperature, light.data.temperature = True, 3000
-
-
-def spread_light() -> None:
-    """A card behind a honeycomb."""
-    floor()
-    lamp("AREA", (0, 0, 3), (0.2, 0, 0), energy=50, size=1.0, spread=math.radians(60))
-
-
-def sun() -> None:
-    """A sun with a size, low."""
-    floor()
-    lamp("SUN", (0, 0, 3), (0.7, 0, 0.3), energy=3, angle=0.3, color=(1, 0.8, 0.6))
-    place("Post", cube(1.0).data, (1, 1, 0))
-
-
-def mesh_light() -> None:
-    """A mesh that emits, with a Mix Shader and a transparent sheet before it."""
-    floor()
-    material(plane(1.0, location=(0, 0, 2)), "ShaderNodeEmission", Color=(1, 0.5, 0.2, 1), Strength=5.0)
-    sheet = plane(2.0, location=(1.0, 0, 1.0))
-    material(sheet, "ShaderNodeBsdfTransparent", Color=(0.5, 0.8, 1.0, 1))
-
-
-def tracked_cube() -> None:
-    """Homogeneous fog in a box, forward scattering, coloured."""
-    cube_of("ShaderNodeVolumePrincipled", Color=(0.8, 0.5, 0.3, 1), Density=1.5, Anisotropy=0.4)
-
-
 def cube_of(node: str, **inputs: Any) -> Any:
     """A box of a medium under a sky and a lamp."""
     camera((0, -6, 1.0), (math.radians(80), 0, 0))
@@ -196,75 +126,6 @@ def cube_of(node: str, **inputs: Any) -> Any:
     sky(0.5, (0.7, 0.8, 1.0))
     lamp("AREA", (2, -2, 3), (0.6, 0.5, 0), energy=200, size=1.0)
     return shader
-
-
-def absorption_colour() -> None:
-    """Principled Volume with an absorption colour and emission."""
-    cube_of(
-        "ShaderNodeVolumePrincipled",
-        Color=(0.2, 0.5, 0.8, 1),
-        Absorption_Color=(0.3, 0.6, 0.1, 1),
-        Density=1.0,
-        Emission_Strength=0.2,
-        Emission_Color=(1.0, 0.3, 0.1, 1),
-    )
-
-
-def black_body() -> None:
-    """Principled Volume that glows."""
-    cube_of(
-        "ShaderNodeVolumePrincipled",
-        Density=0.5,
-        Blackbody_Intensity=0.7,
-        Blackbody_Tint=(1, 0.8, 0.6, 1),
-        Temperature=1800.0,
-    )
-
-
-def scatter_and_absorption() -> None:
-    """Scatter and Absorption, added."""
-    shader = cube_of("ShaderNodeVolumeScatter", Color=(0.9, 0.6, 0.4, 1), Density=0.8, Anisotropy=-0.3)
-    tree = shader.id_data
-    absorber, both = tree.nodes.new("ShaderNodeVolumeAbsorption"), tree.nodes.new("ShaderNodeAddShader")
-    absorber.inputs["Color"].default_value, absorber.inputs["Density"].default_value = (0.2, 0.5, 0.8, 1), 0.7
-    output = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeOutputMaterial")
-    tree.links.new(shader.outputs[0], both.inputs[0])
-    tree.links.new(absorber.outputs[0], both.inputs[1])
-    tree.links.new(both.outputs[0], output.inputs["Volume"])
-
-
-def coefficients() -> None:
-    """Volume Coefficients."""
-    cube_of(
-        "ShaderNodeVolumeCoefficients",
-        Absorption_Coefficients=(0.1, 0.3, 0.5),
-        Scatter_Coefficients=(0.8, 0.5, 0.3),
-        Emission_Coefficients=(0.05, 0.02, 0.0),
-        Anisotropy=0.2,
-    )
-
-
-def overlap() -> None:
-    """Two boxes of fog that overlap, the camera in one of them.
-
-    They share their anisotropy: of two phase functions Cycles takes one for all channels.
-    """
-    tracked_cube()
-    other = cube(2.5, location=(0.5, -1.5, 0.2))
-    inputs = {"Color": (0.5, 0.7, 0.9, 1), "Density": 0.3, "Anisotropy": 0.4}
-    material(other, "ShaderNodeVolumeScatter", "Volume", **inputs)
-    bpy.context.scene.camera.location = (0, -2.5, 0.3)
-
-
-def world_fog() -> None:
-    """Fog everywhere, a lamp and a wall."""
-    camera((0, -4, 0), (math.pi / 2, 0, 0))
-    material(plane(30.0, location=(0, 4, 0), rotation=(math.pi / 2, 0, 0)), "ShaderNodeBsdfDiffuse")
-    tree = bpy.context.scene.world.node_tree
-    fog = tree.nodes.new("ShaderNodeVolumeScatter")
-    fog.inputs["Color"].default_value, fog.inputs["Density"].default_value = (0.8, 0.8, 0.9, 1), 0.1
-    tree.links.new(fog.outputs[0], tree.nodes["World Output"].inputs["Volume"])
-    lamp("SPOT", (0, 0, 3), energy=300, shadow_soft_size=0.2, spot_size=0.8, use_soft_falloff=False)
 
 
 def cloud(path: str, scale: float = 1.0) -> Any:
@@ -292,81 +153,3 @@ def ball(node: str = "ShaderNodeBsdfPrincipled", **inputs: Any) -> Any:
     sky(0.6, (0.8, 0.9, 1.0))
     lamp("AREA", (2, -2, 4), (0.6, 0.5, 0), energy=150, size=2.0)
     return shader
-
-
-def hdri() -> None:
-    """A sky with a bright side, turned; the camera sees sky and a ball."""
-    width, height = 32, 16
-    image = bpy.data.images.new("Sky", width, height, float_buffer=True)
-    pixels = [0.2, 0.2, 0.2, 1.0] * (width * height)
-    for row in range(height):
-        for column in range(width):
-            first = 4 * (row * width + column)
-            pixels[first] = 0.2 + 3.0 * (4 <= column < 12)
-            pixels[first + 1] = 0.2 + 2.0 * (10 <= row < 14)
-            pixels[first + 2] = 0.1 + 1.0 * (20 <= column < 28)
-    image.pixels.foreach_set(pixels)
-    image.update()
-    image.pack()
-    ball("ShaderNodeBsdfDiffuse", Color=(0.6, 0.6, 0.6, 1))
-    world = bpy.context.scene.world
-    # Cycles' own table of the sky, as small as the image: it takes long to make.
-    world.cycles.sampling_method, world.cycles.sample_map_resolution = "MANUAL", 64
-    tree = world.node_tree
-    texture, mapping = tree.nodes.new("ShaderNodeTexEnvironment"), tree.nodes.new("ShaderNodeMapping")
-    where = tree.nodes.new("ShaderNodeTexCoord")
-    texture.image, texture.interpolation = image, "Linear"
-    mapping.inputs["Rotation"].default_value = (0.2, 0.1, 0.7)
-    tree.links.new(where.outputs["Generated"], mapping.inputs["Vector"])
-    tree.links.new(mapping.outputs[0], texture.inputs[0])
-    tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs["Color"])
-
-
-def _squares() -> None:
-    for x, y, color in ((1, 1, (1, 0, 0, 1)), (-1, 1, (0, 1, 0, 1)), (-1, -1, (0, 0, 1, 1))):
-        thing = plane(1.5, location=(x, y, 0.3 * x))
-        material(thing, "ShaderNodeEmission", Color=color)
-
-
-def shifted_camera() -> None:
-    """Shift, a vertical sensor and a lens out of focus, above coloured squares."""
-    bpy.context.scene.render.resolution_y = 12
-    _squares()
-    eye = camera((0.3, 0, 5), shift_x=0.1, shift_y=-0.2, sensor_fit="VERTICAL", lens=30)
-    eye.data.dof.use_dof, eye.data.dof.focus_distance, eye.data.dof.aperture_fstop = True, 3.0, 0.1
-
-
-def parallel_camera() -> None:
-    """An orthographic camera with shift, in a tall image."""
-    bpy.context.scene.render.resolution_x = 12
-    _squares()
-    camera((0.2, 0, 5), type="ORTHO", ortho_scale=5.0, shift_x=-0.1, shift_y=0.15)
-
-
-SHOTS: dict[str, Callable[[], Any]] = {
-    "point": point_light,
-    "sphere": sphere_light,
-    "spot": spot_light,
-    "area": area_light,
-    "ellipse": ellipse_light,
-    "spread": spread_light,
-    "sun": sun,
-    "mesh light": mesh_light,
-    "hdri": hdri,
-    "shifted camera": shifted_camera,
-    "parallel camera": parallel_camera,
-    "cube": tracked_cube,
-    "absorption colour": absorption_colour,
-    "black body": black_body,
-    "scatter and absorption": scatter_and_absorption,
-    "coefficients": coefficients,
-    "overlap": overlap,
-    "world fog": world_fog,
-    "plastic": lambda: ball(Base_Color=(0.6, 0.3, 0.1, 1), Roughness=0.3),
-    "matte": lambda: ball("ShaderNodeBsdfDiffuse", Color=(0.6, 0.3, 0.1, 1)),
-    "metal": lambda: ball(Base_Color=(0.9, 0.6, 0.3, 1), Roughness=0.2, Metallic=1.0),
-    "glossy": lambda: ball("ShaderNodeBsdfAnisotropic", Color=(0.9, 0.6, 0.3, 1), Roughness=0.3),
-    "glass": lambda: ball("ShaderNodeBsdfGlass", Roughness=0.0, IOR=1.45),
-    "half there": lambda: ball(Base_Color=(0.6, 0.3, 0.1, 1), Roughness=1.0, Alpha=0.4),
-    "glowing": lambda: ball(Base_Color=(0, 0, 0, 1), Emission_Color=(1, 0.5, 0.2, 1), Emission_Strength=2.0),
-}

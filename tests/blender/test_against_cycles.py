@@ -29,12 +29,13 @@ SAMPLES = 64
 AGREEMENT = 0.01
 #: One of each kind; make test has no time for all of them.
 _FEW = frozenset(
-    {"area", "sun", "hdri", "parallel camera", "cube", "world fog", "overlap", "plastic", "glass"}
+    {"area", "sun", "hdri", "parallel camera", "cube", "world fog", "overlap", "plastic", "glass", "noise"}
 )
 _EXACT = (
     *("point", "sphere", "spot", "area", "ellipse", "spread", "sun", "mesh light"),
     *("hdri", "shifted camera", "parallel camera"),
     *("cube", "absorption colour", "black body", "scatter and absorption", "coefficients", "overlap"),
+    *("noise", "noise 4D", "voronoi", "gradient", "wave", "coloured noise", "glowing ball"),
     *("world fog", "plastic", "matte", "metal", "glossy", "glass", "half there", "glowing"),
 )
 

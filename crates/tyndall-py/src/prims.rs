@@ -271,10 +271,13 @@ fn node_input(value: Object) -> PyResult<NodeInput> {
     if let Ok(index) = value.getattr("index").and_then(|i| i.extract::<usize>()) {
         return Ok(NodeInput::Node(index));
     }
+    if let Ok(numbers) = value.getattr("values").and_then(|values| values.extract()) {
+        return Ok(NodeInput::Numbers(numbers));
+    }
     value
         .extract::<[f32; 3]>()
         .map(NodeInput::Vector)
-        .map_err(|_| SceneError::new_err("it must be a number, three numbers, text or a NodeRef"))
+        .map_err(|_| SceneError::new_err("it must be a number, three numbers, text, a NodeRef or a Table"))
 }
 
 pub(crate) fn material(object: Object) -> PyResult<Prim> {

@@ -5,8 +5,12 @@
 
 mod albedo;
 mod depth;
+mod direct;
+mod emission;
 mod guide;
+mod indirect;
 mod normal;
+mod position;
 mod rgba;
 mod samples;
 mod surface;
@@ -26,12 +30,18 @@ pub struct SampleRecord {
     pub radiance: Rgb,
     /// The part whose first scattering event (or emission) lies in a medium.
     pub volume_radiance: Rgb,
+    /// The part that has not scattered: of what is seen directly.
+    pub unscattered: Rgb,
+    /// The part that scattered once.
+    pub direct: Rgb,
     /// 1 if anything was met before the background, else the part that was absorbed.
     pub alpha: f32,
     /// Reflectance of the first surface, or single-scattering albedo of the first volume event.
     pub albedo: Rgb,
     /// Shading normal of the first surface in world space; zero if there is none.
     pub normal: glam::Vec3A,
+    /// Where the first scattering was, on the stage; infinite if there was none.
+    pub position: glam::Vec3A,
     /// Depth of the first surface along the viewing axis, stage units; infinite if there is none.
     pub depth: f32,
     /// Estimate of the media's transmittance up to the first surface.
@@ -51,9 +61,12 @@ impl Default for SampleRecord {
         Self {
             radiance: Rgb::ZERO,
             volume_radiance: Rgb::ZERO,
+            unscattered: Rgb::ZERO,
+            direct: Rgb::ZERO,
             alpha: 0.0,
             albedo: Rgb::ZERO,
             normal: Rgb::ZERO,
+            position: glam::Vec3A::INFINITY,
             depth: f32::INFINITY,
             transmittance: Rgb::ZERO,
             scatter_probability: 0.0,
@@ -93,6 +106,15 @@ pub enum Mean {
     All,
     /// Over samples with a finite first value only; pixels without any get [`NO_HIT_DEPTH`].
     Finite,
+    /// The same, but pixels without any get 0.
+    FiniteOrZero,
+}
+
+impl Mean {
+    /// Whether samples that are not finite don't count.
+    pub(crate) fn is_of_finite(self) -> bool {
+        self != Self::All
+    }
 }
 
 /// Depth written where no sample hit a surface: finite, and far beyond any scene (Blender's convention).
@@ -148,6 +170,10 @@ pub const AOVS: &[Aov] = &[
     vsp_target::AOV,
     guide::AOV,
     volume_depth::AOV,
+    position::AOV,
+    emission::AOV,
+    direct::AOV,
+    indirect::AOV,
 ];
 
 /// The AOV called `name`.
@@ -179,10 +205,12 @@ mod tests {
     }
 
     #[test]
-    fn volume_and_surface_add_up_to_the_beauty() {
+    fn parts_add_up_to_the_beauty() {
         let record = SampleRecord {
             radiance: Rgb::new(3.0, 2.0, 1.0),
             volume_radiance: Rgb::new(1.0, 0.5, 1.0),
+            unscattered: Rgb::new(0.5, 0.0, 0.25),
+            direct: Rgb::new(1.5, 1.0, 0.25),
             ..Default::default()
         };
         let value = |aov: &Aov| match aov.source {
@@ -191,6 +219,8 @@ mod tests {
         };
         for c in 0..3 {
             assert_eq!(value(&volume::AOV)[c] + value(&surface::AOV)[c], value(&rgba::AOV)[c]);
+            let by_order = [&emission::AOV, &direct::AOV, &indirect::AOV].map(|aov| value(aov)[c]);
+            assert_eq!(by_order.iter().sum::<f32>(), value(&rgba::AOV)[c]);
         }
     }
 

@@ -200,7 +200,7 @@ impl<'a> Integrator<'a> {
     }
 
     fn finish(&self, recorder: Recorder) -> SampleRecord {
-        recorder.finish(self.world.camera().exposure_scale())
+        recorder.finish(self.world.camera().exposure_scale(), self.world.origin())
     }
 }
 

@@ -6,6 +6,7 @@
 //! [`WorldCache`] and reused by the next commit when its content is the same, so an edit rebuilds only what it touches
 //! and the picture always equals that of a world built from nothing.
 
+mod bake;
 mod bodies;
 mod build;
 mod cache;

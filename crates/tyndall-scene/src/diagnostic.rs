@@ -79,7 +79,8 @@ impl Diagnostics {
         self.report(Severity::Error, path, what, action);
     }
 
-    fn report(
+    /// Adds a message about the prim at `path`.
+    pub fn report(
         &mut self,
         severity: Severity,
         path: &PrimPath,

@@ -110,6 +110,8 @@ pub struct RenderSettings {
     pub cache_path: String,
     /// What the cache is used for.
     pub cache_mode: CacheMode,
+    /// Most voxels along an axis of a procedural medium; those with little detail get fewer.
+    pub procedural_resolution: u32,
     /// AOVs to write, by name.
     pub aovs: Vec<String>,
 }
@@ -132,6 +134,7 @@ impl Default for RenderSettings {
             guiding: Guiding::default(),
             cache_path: String::new(),
             cache_mode: CacheMode::default(),
+            procedural_resolution: 256,
             aovs: vec!["rgba".to_owned()],
         }
     }
@@ -248,6 +251,13 @@ impl RenderSettings {
             &["auto", "read", "train", "off"],
             "What the cache is used for: auto reads and writes, read only reads, train only writes.",
         ),
+        number(
+            "proceduralResolution",
+            "int",
+            8.0,
+            2048.0,
+            "Most voxels along an axis of a procedural medium; those with little detail get fewer.",
+        ),
         text("aovs", "token[]", &[], "AOVs to write, by name."),
     ];
 
@@ -282,6 +292,7 @@ impl RenderSettings {
             ("timeLimit", f64::from(self.time_limit)),
             ("maxBounces", f64::from(self.max_bounces)),
             ("threads", f64::from(self.threads)),
+            ("proceduralResolution", f64::from(self.procedural_resolution)),
         ];
         for (name, value) in values {
             if let Some(spec) = Self::SPECS.iter().find(|s| s.name == name)

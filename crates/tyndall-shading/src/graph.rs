@@ -16,7 +16,9 @@ mod volume;
 mod tests;
 
 pub use compiled::{CompiledMaterial, SurfaceShading};
-pub use volume::{EmissionSource, EmissionTerm, PhaseModel, VolumeMaterial, VolumeTint};
+pub use volume::{
+    EmissionSource, EmissionTerm, PhaseModel, PointCoefficients, VolumeMaterial, VolumeProgram, VolumeTint,
+};
 
 use crate::KindSpec;
 use glam::Vec3A;
@@ -49,17 +51,40 @@ pub(crate) fn kind(name: &str) -> Option<&'static KindSpec> {
     NODE_KINDS.iter().find(|k| k.name == name)
 }
 
-/// What a program may ask about the hit.
+/// The space that a position is asked for in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Space {
+    /// The object's bounding box is [0, 1]^3.
+    Box,
+    /// The object's own.
+    Object,
+    /// The stage.
+    World,
+}
+
+/// What a program may ask about the hit, or about a point in a medium.
 pub trait ShadingContext {
     /// The value of primvar `slot` of [`CompiledMaterial::required_primvars`]; `None` if the geometry has no such
     /// primvar. Numbers fill all four channels; shorter vectors end with 0 and then 1 in the last channel.
     fn primvar(&self, slot: usize) -> Option<[f32; 4]>;
+
+    /// Where it is.
+    fn position(&self, space: Space) -> Vec3A;
+
+    /// The value of field `slot` of [`VolumeProgram::fields`]; `None` if the volume has no such field.
+    fn field(&self, _slot: usize) -> Option<[f32; 4]> {
+        None
+    }
 }
 
-/// A hit without primvars.
+/// A hit without primvars, at the origin.
 impl ShadingContext for () {
     fn primvar(&self, _: usize) -> Option<[f32; 4]> {
         None
+    }
+
+    fn position(&self, _: Space) -> Vec3A {
+        Vec3A::ZERO
     }
 }
 

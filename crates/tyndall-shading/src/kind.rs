@@ -9,6 +9,8 @@ pub enum ParamDefault {
     Vector([f32; 3]),
     /// A token, name or file path.
     Text(&'static str),
+    /// As many numbers as there are; none.
+    Numbers,
     /// Another node; a closure or pattern that has no constant form.
     Node,
 }
@@ -61,6 +63,11 @@ impl ParamSpec {
         doc: &'static str,
     ) -> Self {
         Self { name, default: ParamDefault::Text(default), min: 0.0, max: 0.0, unit: choices, doc }
+    }
+
+    /// A list of numbers.
+    pub const fn numbers(name: &'static str, doc: &'static str) -> Self {
+        Self { name, default: ParamDefault::Numbers, min: f32::MIN, max: f32::MAX, unit: "", doc }
     }
 
     /// Another node.

@@ -12,14 +12,15 @@ pub mod graph;
 mod kind;
 pub mod light;
 pub mod material;
+mod procedural;
 pub mod texture;
 
 #[cfg(test)]
 mod testing;
 
 pub use graph::{
-    CompiledMaterial, EmissionSource, EmissionTerm, NODE_KINDS, PhaseModel, ShadingContext, SurfaceShading,
-    VolumeMaterial, VolumeTint,
+    CompiledMaterial, EmissionSource, EmissionTerm, NODE_KINDS, PhaseModel, PointCoefficients,
+    ShadingContext, Space, SurfaceShading, VolumeMaterial, VolumeProgram, VolumeTint,
 };
 pub use kind::{KindSpec, ParamDefault, ParamSpec};
 pub use light::{Light, LightSample, LightSet, Receiver};

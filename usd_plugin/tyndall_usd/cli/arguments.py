@@ -319,6 +319,12 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
         help="read: never write it; train: learn it anew; off: leave it alone; default: read and write",
     )
     add(
+        "--procedural-resolution",
+        type=values.count,
+        metavar="N",
+        help="most voxels along an axis of a procedural medium; default: 256",
+    )
+    add(
         "--progress",
         choices=("auto", "bar", "lines", "alfred", "none"),
         default="auto",

@@ -94,6 +94,7 @@ def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> 
         "guiding": options.guiding,
         "cachePath": options.cache,
         "cacheMode": options.cache_mode,
+        "proceduralResolution": options.procedural_resolution,
     }
     defaults = {
         spec["name"]: spec["default"] for spec in tyndall.setting_specs() if spec["default"] is not None

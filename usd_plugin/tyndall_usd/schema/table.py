@@ -69,4 +69,10 @@ SETTINGS: tuple[Setting, ...] = (
         "What the cache is used for: auto reads and writes, read only reads, train only writes.",
         ("auto", "read", "train", "off"),
     ),
+    Setting(
+        "proceduralResolution",
+        "int",
+        256,
+        "Most voxels along an axis of a procedural medium; those with little detail get fewer.",
+    ),
 )

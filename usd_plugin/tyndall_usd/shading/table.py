@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tyndall_usd.shading import foreign_medium, materialx, medium, preview, uber
+from tyndall_usd.shading import foreign_medium, materialx, medium, preview, procedural, uber
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -43,6 +43,32 @@ CONVERTERS: Mapping[str, Callable[[ShaderNode], Converted | None]] = {
     "ND_blackbody": materialx.convert_blackbody,
     "ND_clamp_": materialx.convert_clamp,
     "ND_extract_": materialx.convert_extract,
+    "ND_position_vector3": procedural.convert_position,
+    "ND_noise2d_float": procedural.convert_noise,
+    "ND_noise3d_float": procedural.convert_noise,
+    "ND_fractal2d_float": procedural.convert_fractal,
+    "ND_fractal3d_float": procedural.convert_fractal,
+    "ND_combine3_": procedural.convert_combine,
+    "ND_remap_": procedural.convert_remap,
+    "ND_smoothstep_": procedural.convert_smoothstep,
+    "ND_divide_": procedural.function("divide", "in1", "in2", defaults=(0.0, 1.0)),
+    "ND_modulo_": procedural.function("floored_modulo", "in1", "in2", defaults=(0.0, 1.0)),
+    "ND_power_": procedural.function("power", "in1", "in2", defaults=(0.0, 1.0)),
+    "ND_min_": procedural.function("minimum", "in1", "in2"),
+    "ND_max_": procedural.function("maximum", "in1", "in2"),
+    "ND_absval_": procedural.function("absolute", "in"),
+    "ND_sign_": procedural.function("sign", "in"),
+    "ND_floor_": procedural.function("floor", "in"),
+    "ND_ceil_": procedural.function("ceil", "in"),
+    "ND_round_": procedural.function("round", "in"),
+    "ND_sqrt_": procedural.function("sqrt", "in"),
+    "ND_exp_": procedural.function("exponent", "in"),
+    "ND_sin_": procedural.function("sine", "in"),
+    "ND_cos_": procedural.function("cosine", "in"),
+    "ND_dotproduct_": procedural.vector_function("dot", "in1", "in2"),
+    "ND_crossproduct_": procedural.vector_function("cross", "in1", "in2"),
+    "ND_magnitude_": procedural.vector_function("length", "in"),
+    "ND_normalize_": procedural.vector_function("normalize", "in"),
     "ND_normalmap": materialx.convert_normal_map,
     "ND_normalmap_": materialx.convert_normal_map,
     "ND_standard_surface_surfaceshader": uber.convert_standard_surface,

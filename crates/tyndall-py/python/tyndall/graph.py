@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from tyndall.prims import Node, NodeInput, NodeRef
+from tyndall.prims import Node, NodeInput, NodeRef, Table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,10 +21,12 @@ class Graph:
         self.nodes: list[Node] = []
         self._refs: dict[object, NodeRef] = {}
 
-    def add(self, kind: str, /, **inputs: NodeInput | None) -> NodeRef:
+    def add(self, kind: str, /, **inputs: NodeInput | Table | None) -> NodeRef:
         """Return a node of `kind`; inputs that are ``None`` keep the kind's default."""
         authored = {name: value for name, value in inputs.items() if value is not None}
-        ref = self._refs.setdefault((kind, tuple(sorted(authored.items()))), NodeRef(len(self.nodes)))
+        ref = self._refs.setdefault(
+            (kind, tuple(sorted(authored.items(), key=_name))), NodeRef(len(self.nodes))
+        )
         if ref.index == len(self.nodes):
             self.nodes.append(Node(kind, authored))
         return ref
@@ -40,11 +42,17 @@ class Graph:
                 return b
             if kind == "multiply" and is_one(b):
                 return a
+            if kind != "multiply" and is_zero(b):
+                return a
             return self.add(kind, in1=a, in2=b)
         if isinstance(a, float) and isinstance(b, float):
             return _fold(kind, a, b)
         (ax, ay, az), (bx, by, bz) = to_vector(a), to_vector(b)
         return _fold(kind, ax, bx), _fold(kind, ay, by), _fold(kind, az, bz)
+
+
+def _name(item: tuple[str, object]) -> str:
+    return item[0]
 
 
 def _fold(kind: str, a: float, b: float) -> float:
@@ -59,6 +67,11 @@ def to_vector(value: float | Vector) -> Vector:
 def is_one(value: NodeInput) -> bool:
     """Return whether `value` is the constant 1."""
     return value in (1.0, (1.0, 1.0, 1.0))
+
+
+def is_zero(value: NodeInput) -> bool:
+    """Return whether `value` is the constant 0."""
+    return value in (0.0, (0.0, 0.0, 0.0))
 
 
 def compact(nodes: Sequence[Node], roots: Sequence[int]) -> tuple[list[Node], dict[int, int]]:

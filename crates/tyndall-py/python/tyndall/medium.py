@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
 from tyndall.graph import to_vector
-from tyndall.prims import NodeInput, NodeRef
+from tyndall.prims import NodeInput, NodeRef, Table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -74,17 +74,22 @@ def add_volume_node(node: GraphNode, medium: Medium) -> NodeRef:
     """Append the graph's ``volume`` node.
 
     Absorption and scattering are constants, times one or two fields; temperature has at most one, and
-    emission may be any sum of these.
+    emission may be any sum of these. What is made of other nodes is left as it is: the core samples it.
     """
     emission, temperature = medium.emission, medium.temperature
-    if emission is not None and _is_product(node, emission):
-        emission = _coefficient(node, emission)
+    absorption, scattering = medium.absorption, medium.scattering
+    values = (absorption, scattering, temperature, medium.blackbody_intensity)
+    if all(value is None or _is_linear(node, value) for value in values):
+        if emission is not None and _is_product(node, emission):
+            emission = _coefficient(node, emission)
+        absorption, scattering = (_coefficient(node, value) for value in (absorption, scattering))
+        temperature = None if temperature is None else _coefficient(node, temperature)
     inputs: dict[str, NodeInput | None] = {
-        "absorption": _coefficient(node, medium.absorption),
-        "scattering": _coefficient(node, medium.scattering),
+        "absorption": absorption,
+        "scattering": scattering,
         "anisotropy": medium.anisotropy,
         "emission": emission,
-        "temperature": None if temperature is None else _coefficient(node, temperature),
+        "temperature": temperature,
         "blackbodyIntensity": medium.blackbody_intensity,
         **medium.scattering_inputs,
     }
@@ -101,6 +106,8 @@ def _coefficient(node: GraphNode, value: NodeInput) -> NodeInput:
         node.warn("a coefficient is the product of several fields", "only the first two fields are used")
         terms = {fields[:2]: constant for fields, constant in terms.items()}
     shared = set.intersection(*({field.index for field in fields} for fields in terms)) if terms else set()
+    if len(terms) > 1 and () in terms:
+        return value
     if len(terms) > 1 and not shared:
         node.warn("a coefficient is fed by 'add' of different fields", "0 is used")
         return _ZERO
@@ -115,7 +122,7 @@ def _product(node: GraphNode, constant: Vector, fields: tuple[NodeRef, ...]) -> 
     return product
 
 
-def _is_product(node: GraphNode, value: NodeInput) -> bool:
+def _is_product(node: GraphNode, value: NodeInput | Table) -> bool:
     """Return whether `value` is made of constants, fields and products."""
     if not isinstance(value, NodeRef):
         return True
@@ -125,19 +132,23 @@ def _is_product(node: GraphNode, value: NodeInput) -> bool:
     return source.kind == "field"
 
 
-def _terms(node: GraphNode, value: NodeInput) -> dict[tuple[NodeRef, ...], Vector]:
+def _is_linear(node: GraphNode, value: NodeInput | Table) -> bool:
+    """Return whether `value` is made of constants, fields, sums and products."""
+    if not isinstance(value, NodeRef):
+        return True
+    source = node.graph.node(value)
+    if source.kind in ("multiply", "add", "subtract"):
+        return all(_is_linear(node, source.inputs[name]) for name in ("in1", "in2"))
+    return source.kind == "field"
+
+
+def _terms(node: GraphNode, value: NodeInput | Table) -> dict[tuple[NodeRef, ...], Vector]:
     """Return the constant factor of every product of fields in a sum."""
     if not isinstance(value, NodeRef):
-        return {(): _ONE if isinstance(value, str) else to_vector(value)}
+        return {(): _ONE if isinstance(value, (str, Table)) else to_vector(value)}
     source = node.graph.node(value)
     if source.kind == "field":
         return {(value,): _ONE}
-    if source.kind not in ("multiply", "add", "subtract"):
-        node.warn(
-            f"a coefficient is fed by {source.kind!r}",
-            "only constants times one or two fields are supported; 0 is used",
-        )
-        return {}
     a, b = _terms(node, source.inputs["in1"]), _terms(node, source.inputs["in2"])
     if source.kind == "multiply":
         pairs = [(f + g, _times(x, y)) for f, x in a.items() for g, y in b.items()]

@@ -314,6 +314,13 @@ class NodeRef:
     index: int
 
 
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A list of numbers, such as the colours of a ramp."""
+
+    values: tuple[float, ...]
+
+
 NodeInput: TypeAlias = float | tuple[float, float, float] | str | NodeRef
 
 
@@ -322,7 +329,7 @@ class Node:
     """A node of the shading graph: its kind's name and the inputs that are authored."""
 
     kind: str
-    inputs: Mapping[str, NodeInput] = field(default_factory=dict)
+    inputs: Mapping[str, NodeInput | Table] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@
 //! sum, and whoever has all ranges can finish it. A film that begins with sample 0 holds three blocks at the most.
 
 use super::SumLayout;
-use crate::aov::{Mean, PixelStatistics, SampleRecord, Source};
+use crate::aov::{PixelStatistics, SampleRecord, Source};
 use tyndall_math::Rgb;
 
 /// Samples of a full leaf: where ranges of samples may begin and end.
@@ -25,7 +25,7 @@ pub(super) struct Block {
     /// Samples that were not finite and count as zero.
     pub(super) non_finite: u64,
     pub(super) statistics: Vec<PixelStatistics>,
-    /// `SumLayout::stride` numbers a pixel: the sums of all sample AOVs, then the counts of those with [`Mean::Finite`].
+    /// `SumLayout::stride` numbers a pixel: the sums of all sample AOVs, then the counts of those with [`Mean::is_of_finite`].
     pub(super) sums: Vec<f64>,
 }
 
@@ -46,10 +46,13 @@ impl Block {
 
     /// Adds a sample of a pixel. Radiance that is not finite counts as black, and is counted.
     pub(super) fn add(&mut self, index: usize, mut record: SampleRecord, layout: &SumLayout) {
-        if !(record.radiance.is_finite() && record.volume_radiance.is_finite()) {
+        let parts = [record.radiance, record.volume_radiance, record.unscattered, record.direct];
+        if !parts.iter().all(|part| part.is_finite()) {
             self.non_finite += 1;
             record.radiance = Rgb::ZERO;
             record.volume_radiance = Rgb::ZERO;
+            record.unscattered = Rgb::ZERO;
+            record.direct = Rgb::ZERO;
         }
         let pixel = &mut self.statistics[index];
         pixel.count += 1;
@@ -61,7 +64,7 @@ impl Block {
         for slot in &layout.slots {
             let Source::Sample(value_of, mean) = slot.aov.source else { continue };
             let value = value_of(&record);
-            if mean == Mean::Finite {
+            if mean.is_of_finite() {
                 if !value[0].is_finite() {
                     continue;
                 }

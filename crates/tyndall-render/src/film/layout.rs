@@ -1,6 +1,6 @@
 //! Where a film keeps the sums of each AOV.
 
-use crate::aov::{Aov, Mean, Source};
+use crate::aov::{Aov, Source};
 
 /// Where each sample AOV keeps its sums.
 #[derive(Clone, Default)]
@@ -10,7 +10,7 @@ pub(super) struct SumLayout {
     pub(super) slots: Vec<Slot>,
 }
 
-/// The place of one AOV: its channels, then the count of samples if it is a [`Mean::Finite`].
+/// The place of one AOV: its channels, then the count of samples if only finite ones do.
 #[derive(Clone, Copy)]
 pub(super) struct Slot {
     pub(super) aov: &'static Aov,
@@ -23,7 +23,7 @@ impl SumLayout {
         for aov in aovs {
             if let Source::Sample(_, mean) = aov.source {
                 layout.slots.push(Slot { aov, offset: layout.stride });
-                layout.stride += aov.channels.len() + usize::from(mean == Mean::Finite);
+                layout.stride += aov.channels.len() + usize::from(mean.is_of_finite());
             }
         }
         layout

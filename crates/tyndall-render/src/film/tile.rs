@@ -116,7 +116,7 @@ impl Tile {
         let sum = |c: usize| self.all_blocks().map(|block| block.sums[at + c]).sum::<f64>();
         let count = match mean {
             Mean::All => f64::from(self.sample_count(index)),
-            Mean::Finite => sum(channels),
+            Mean::Finite | Mean::FiniteOrZero => sum(channels),
         };
         let empty = if mean == Mean::Finite { NO_HIT_DEPTH } else { 0.0 };
         std::array::from_fn(|c| if c < channels && count > 0.0 { (sum(c) / count) as f32 } else { empty })

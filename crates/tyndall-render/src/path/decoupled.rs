@@ -53,6 +53,6 @@ impl<G: Guidance> Path<'_, G> {
         let light = self.direct_light::<MEDIA>(&vertex, scratch, statistics);
         scratch.spans = spans;
         self.rival = None;
-        self.recorder.add_medium_light(light * weight);
+        self.recorder.add_medium_light(light * weight, self.scatter_count + 1);
     }
 }

@@ -65,7 +65,7 @@ impl<G: Guidance> Path<'_, G> {
         let radiance = light.radiance(self.ray.origin, self.ray.direction);
         if radiance != Rgb::ZERO {
             let weight = self.weight_of_emitter(index);
-            self.recorder.add(self.throughput * radiance * weight);
+            self.recorder.add(self.throughput * radiance * weight, self.scatter_count);
         }
         if light.is_opaque() {
             self.recorder.meet_light(t);
@@ -93,7 +93,7 @@ impl<G: Guidance> Path<'_, G> {
             let radiance = light.radiance(self.ray.origin, self.ray.direction);
             if radiance != Rgb::ZERO {
                 let weight = self.weight_of_emitter(index);
-                self.recorder.add(self.throughput * radiance * weight);
+                self.recorder.add(self.throughput * radiance * weight, self.scatter_count);
             }
         }
     }

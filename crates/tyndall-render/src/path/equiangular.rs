@@ -166,7 +166,8 @@ impl<G: Guidance> Path<'_, G> {
         let through = up_to * visibility;
         if through != Rgb::ZERO {
             let scattered = self.throughput * through * sigma_s * value * sample.radiance;
-            self.recorder.add_medium_light(scattered * (weight / density / sample.pdf));
+            let light = scattered * (weight / density / sample.pdf);
+            self.recorder.add_medium_light(light, self.scatter_count + 1);
         }
     }
 }

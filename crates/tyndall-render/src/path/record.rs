@@ -2,7 +2,7 @@
 
 use crate::aov::SampleRecord;
 use crate::camera::CameraRay;
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 use tyndall_math::{Rgb, mean_component};
 
 /// What the first scattering event was.
@@ -46,21 +46,32 @@ impl Recorder {
         self.record.radiance
     }
 
-    /// Adds radiance arriving at the camera (throughput included).
+    /// Adds radiance arriving at the camera (throughput included) that scattered so many times.
     #[inline]
-    pub(super) fn add(&mut self, radiance: Rgb) {
-        self.record.radiance += radiance;
+    pub(super) fn add(&mut self, radiance: Rgb, scatters: u32) {
+        self.add_by_order(radiance, scatters);
         if self.first == First::Medium {
             self.record.volume_radiance += radiance;
         }
     }
 
-    /// Adds light from a medium along a segment, emitted or scattered; before the first event it belongs to the volume.
+    /// Adds light from a medium along a segment, emitted or scattered, that scattered so many times in all; before the
+    /// first event it belongs to the volume.
     #[inline]
-    pub(super) fn add_medium_light(&mut self, radiance: Rgb) {
-        self.record.radiance += radiance;
+    pub(super) fn add_medium_light(&mut self, radiance: Rgb, scatters: u32) {
+        self.add_by_order(radiance, scatters);
         if self.first != First::Surface {
             self.record.volume_radiance += radiance;
+        }
+    }
+
+    #[inline]
+    fn add_by_order(&mut self, radiance: Rgb, scatters: u32) {
+        self.record.radiance += radiance;
+        match scatters {
+            0 => self.record.unscattered += radiance,
+            1 => self.record.direct += radiance,
+            _ => {}
         }
     }
 
@@ -72,11 +83,12 @@ impl Recorder {
         }
     }
 
-    /// A scattering event in a medium with this albedo, `t` along the current ray.
+    /// A scattering event in a medium with this albedo, `t` along the current ray, at `position`.
     #[inline]
-    pub(super) fn scatter_in_medium(&mut self, albedo: Rgb, t: f32) {
+    pub(super) fn scatter_in_medium(&mut self, albedo: Rgb, t: f32, position: impl FnOnce() -> Vec3A) {
         if self.first == First::None {
             self.first = First::Medium;
+            self.record.position = position();
             self.record.albedo = albedo;
             self.record.volume_depth = self.near_depth + (self.travelled + t) * self.axial_speed;
         }
@@ -110,9 +122,15 @@ impl Recorder {
 
     /// A scattering event at the surface that was met.
     #[inline]
-    pub(super) fn scatter_at_surface(&mut self, albedo: impl FnOnce() -> Rgb, normal: Vec3A) {
+    pub(super) fn scatter_at_surface(
+        &mut self,
+        albedo: impl FnOnce() -> Rgb,
+        normal: Vec3A,
+        position: Vec3A,
+    ) {
         if self.first == First::None {
             self.first = First::Surface;
+            self.record.position = position;
             self.record.albedo = albedo();
             self.record.normal = normal;
             self.record.depth = self.near_depth + self.travelled * self.axial_speed;
@@ -144,7 +162,11 @@ impl Recorder {
         }
     }
 
-    pub(super) fn finish(mut self, exposure_scale: f32) -> SampleRecord {
+    /// The record of a camera with this exposure, in a world with this origin.
+    pub(super) fn finish(mut self, exposure_scale: f32, origin: DVec3) -> SampleRecord {
+        self.record.position = (self.record.position.as_dvec3() + origin).as_vec3a();
+        self.record.unscattered *= exposure_scale;
+        self.record.direct *= exposure_scale;
         self.record.radiance *= exposure_scale;
         self.record.volume_radiance *= exposure_scale;
         self.record

@@ -89,7 +89,7 @@ impl<G: Guidance> Path<'_, G> {
             &mut self.rng,
             &mut statistics.walks,
         );
-        self.recorder.add_medium_light(self.throughput * walk.emission);
+        self.recorder.add_medium_light(self.throughput * walk.emission, self.scatter_count);
         let (class, t) = outcome(&walk, ray);
         self.end_lesson(SegmentEnding::tracked(class, t));
         // An unbiased estimate of what tracking's probability was.
@@ -152,7 +152,7 @@ impl<G: Guidance> Path<'_, G> {
             &mut self.rng,
             &mut statistics.walks,
         );
-        self.recorder.add_medium_light(self.throughput * resampled.walk.emission);
+        self.recorder.add_medium_light(self.throughput * resampled.walk.emission, self.scatter_count);
         let (class, t) = outcome(&resampled.walk, ray);
         let scatters = class == EventClass::Volume;
         let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };

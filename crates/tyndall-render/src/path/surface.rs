@@ -21,7 +21,7 @@ impl<G: Guidance> Path<'_, G> {
         statistics: &mut PathStatistics,
     ) -> bool {
         statistics.volume_events += 1;
-        self.recorder.scatter_in_medium(self.throughput, t as f32);
+        self.recorder.scatter_in_medium(self.throughput, t as f32, || self.ray.at(t as f32));
         if !self.count_scatter() {
             return false;
         }
@@ -57,9 +57,10 @@ impl<G: Guidance> Path<'_, G> {
         }
         statistics.surface_events += 1;
         let wo = -self.ray.direction;
-        self.recorder.scatter_at_surface(|| bsdf.albedo(&surface.frame, wo), surface.frame.frame.normal);
+        let normal = surface.frame.frame.normal;
+        self.recorder.scatter_at_surface(|| bsdf.albedo(&surface.frame, wo), normal, surface.position);
         if *emission != Rgb::ZERO {
-            self.recorder.add(self.throughput * *emission);
+            self.recorder.add(self.throughput * *emission, self.scatter_count);
         }
         if !self.count_scatter() {
             return false;
@@ -86,7 +87,7 @@ impl<G: Guidance> Path<'_, G> {
         vertex.record(&mut self.recorder);
         if !self.guidance.take_is_lit() {
             let light = self.direct_light::<MEDIA>(&vertex, scratch, statistics);
-            self.recorder.add(light);
+            self.recorder.add(light, self.scatter_count);
         }
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {

@@ -48,7 +48,9 @@ impl World {
         camera.fit_to(settings.resolution, settings.pixel_aspect);
 
         let placements = Placements::new(scene);
-        let mut context = BuildContext { scene, assets, cache, placements, origin, diagnostics };
+        let procedural_resolution = settings.procedural_resolution;
+        let mut context =
+            BuildContext { scene, assets, cache, placements, origin, procedural_resolution, diagnostics };
         let mut materials = Materials::default();
         let mut surfaces = SurfacesBuilder::default();
         let mut media = MediaBuilder::default();
@@ -78,6 +80,7 @@ impl World {
         cache.meshes.drop_unused();
         cache.grids.drop_unused();
         cache.colors.drop_unused();
+        cache.baked.drop_unused();
         let infinite_lights: Vec<usize> =
             (0..lights.lights.len()).filter(|&i| lights.lights[i].is_infinite()).collect();
         let materials = materials.finish();

@@ -1,5 +1,6 @@
 //! What outlives a commit because it is expensive to build.
 
+use super::bake::{BakeSource, Baked};
 use super::surfaces::SurfaceMesh;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
@@ -14,6 +15,8 @@ pub struct WorldCache {
     pub(super) meshes: Kept<PrimPath, MeshSource, SurfaceMesh>,
     pub(super) grids: Kept<PrimPath, GridSource, BuiltGrid>,
     pub(super) colors: Kept<PrimPath, GridSource, (Arc<ColorGrid>, GridReport)>,
+    /// By the prim and its placement.
+    pub(super) baked: Kept<(PrimPath, usize), BakeSource, Baked>,
 }
 
 /// A field as a density.

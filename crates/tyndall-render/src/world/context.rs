@@ -13,5 +13,7 @@ pub(super) struct BuildContext<'a> {
     pub(super) placements: Placements<'a>,
     /// The camera's position on the stage: the origin of the world.
     pub(super) origin: DVec3,
+    /// Most voxels along an axis of a procedural medium.
+    pub(super) procedural_resolution: u32,
     pub(super) diagnostics: Diagnostics,
 }

@@ -1,6 +1,8 @@
 //! Participating media and the boundaries that hold them.
 
+mod fields;
 mod parts;
+mod procedural;
 mod roles;
 
 use super::context::BuildContext;
@@ -8,8 +10,10 @@ use super::grids::{self, LoadedField};
 use super::materials::Materials;
 use super::placements::{camera_relative, is_invertible, relative_to};
 use super::surfaces::{ShapeOfSurface, SurfaceMesh};
+use fields::{field_of, has_all_fields, volume_extent};
 use glam::{DAffine3, DVec3, Vec3A};
 use parts::{Part, PartTint, homogeneous, parts};
+use procedural::Procedural;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use tyndall_geometry::{Boundaries, BoundaryShape};
@@ -102,34 +106,20 @@ impl MediaBuilder {
                 "the medium ends at the boundary's bounding box where a hole leaves it open; close the mesh",
             );
         }
+        if let Some(program) = &material.program {
+            self.add_procedural(
+                &Procedural { path, program, phase: material.phase },
+                mesh,
+                placements,
+                context,
+            );
+            return;
+        }
         let medium = homogeneous(material);
         for world_from_object in placements {
-            let shape = match mesh.shape() {
-                ShapeOfSurface::Cube => BoundaryShape::Box {
-                    world_from_box: relative_to(
-                        *world_from_object * mesh.object_from_unit(),
-                        DVec3::ZERO,
-                        context.origin,
-                    ),
-                },
-                ShapeOfSurface::Sphere => BoundaryShape::Sphere {
-                    world_from_sphere: relative_to(
-                        *world_from_object * mesh.object_from_unit(),
-                        DVec3::ZERO,
-                        context.origin,
-                    ),
-                },
-                ShapeOfSurface::Triangles => BoundaryShape::Mesh {
-                    blas: Arc::clone(mesh.blas()),
-                    world_from_object: camera_relative(*world_from_object, mesh.center(), context.origin),
-                },
-            };
-            let (min, max) = mesh.blas().bounds();
-            let to_world =
-                camera_relative(*world_from_object * mesh.object_from_blas(), mesh.center(), context.origin);
-            self.grow(box_corners(min, max).map(|p| to_world.transform_point3a(p)));
+            self.grow_around(mesh, *world_from_object, context.origin);
             self.list.push(medium.clone());
-            self.shapes.push(shape);
+            self.shapes.push(shape_of(mesh, *world_from_object, context.origin));
         }
     }
 
@@ -143,8 +133,21 @@ impl MediaBuilder {
     ) {
         let Some(material) = volume_material(path, volume, materials, context) else { return };
         if volume.fields.is_empty() {
-            self.list.push(homogeneous(&material));
+            self.list.push(match &material.program {
+                Some(program) => procedural::mean_of_all_space(path, &material, program, context),
+                None => homogeneous(&material),
+            });
             self.shapes.push(BoundaryShape::Unbounded);
+            return;
+        }
+        let instances = |context: &mut BuildContext| {
+            let BuildContext { placements, diagnostics, .. } = context;
+            placements.of(path, DAffine3::IDENTITY, volume.instancer.as_ref(), diagnostics)
+        };
+        if let Some(program) = &material.program {
+            let placements = instances(context);
+            let procedural = Procedural { path, program, phase: material.phase };
+            self.add_procedural_volume(&procedural, volume, &placements, context);
             return;
         }
         let mut parts = parts(&material);
@@ -154,12 +157,7 @@ impl MediaBuilder {
         roles::assign(path, volume, &mut parts, context);
         let extent = volume_extent(&parts, volume);
         let colors = load_tints(path, volume, &parts, context);
-        let instances = context.placements.of(
-            path,
-            DAffine3::IDENTITY,
-            volume.instancer.as_ref(),
-            &mut context.diagnostics,
-        );
+        let instances = instances(context);
         for (name, field) in &volume.fields {
             let of_field: Vec<&Part> =
                 parts.iter().filter(|part| part.field.as_ref().unwrap_or(&extent) == name).collect();
@@ -218,6 +216,13 @@ impl MediaBuilder {
         Media { list, boundaries: Boundaries::build(shapes), bounds, is_dense, grid_bytes }
     }
 
+    /// Grows by the box of a placed surface.
+    fn grow_around(&mut self, mesh: &SurfaceMesh, world_from_object: DAffine3, origin: DVec3) {
+        let (min, max) = mesh.blas().bounds();
+        let to_world = camera_relative(world_from_object * mesh.object_from_blas(), mesh.center(), origin);
+        self.grow(box_corners(min, max).map(|p| to_world.transform_point3a(p)));
+    }
+
     fn grow(&mut self, points: [Vec3A; 8]) {
         for p in points.into_iter().filter(|p| p.is_finite()) {
             let (min, max) = self.bounds.unwrap_or((p, p));
@@ -226,32 +231,17 @@ impl MediaBuilder {
     }
 }
 
-/// Whether the volume has the fields that its extinction needs. Messages name what is missing; emission that lacks a
-/// field is left out.
-fn has_all_fields(
-    path: &PrimPath,
-    volume: &prim::Volume,
-    parts: &mut Vec<Part>,
-    context: &mut BuildContext,
-) -> bool {
-    let extent = volume_extent(parts, volume);
-    let mut is_drawn = true;
-    parts.retain(|part| {
-        if part.field.is_none() {
-            report_constant(path, part, &extent, context);
-        }
-        let missing = part.fields().find(|name| field_of(volume, name).is_none());
-        if let Some(name) = missing {
-            report_missing(path, volume, name, part, context);
-            is_drawn &= !part.has_extinction();
-        }
-        missing.is_none()
-    });
-    is_drawn
-}
-
-fn field_of<'a>(volume: &'a prim::Volume, name: &str) -> Option<&'a PrimPath> {
-    volume.fields.iter().find(|(known, _)| known == name).map(|(_, field)| field)
+/// The boundary of a medium inside a placed surface.
+fn shape_of(mesh: &SurfaceMesh, world_from_object: DAffine3, origin: DVec3) -> BoundaryShape {
+    let of_unit = || relative_to(world_from_object * mesh.object_from_unit(), DVec3::ZERO, origin);
+    match mesh.shape() {
+        ShapeOfSurface::Cube => BoundaryShape::Box { world_from_box: of_unit() },
+        ShapeOfSurface::Sphere => BoundaryShape::Sphere { world_from_sphere: of_unit() },
+        ShapeOfSurface::Triangles => BoundaryShape::Mesh {
+            blas: Arc::clone(mesh.blas()),
+            world_from_object: camera_relative(world_from_object, mesh.center(), origin),
+        },
+    }
 }
 
 /// The colours that the parts need, each loaded once.
@@ -314,39 +304,6 @@ fn tint_of(
     }
 }
 
-/// The field whose box holds what has no field: the first that the material reads, or the volume's first.
-fn volume_extent(parts: &[Part], volume: &prim::Volume) -> String {
-    let read = parts.iter().filter_map(|part| part.field.as_ref());
-    let present = |name: &&String| volume.fields.iter().any(|(known, _)| known == *name);
-    read.into_iter().find(present).unwrap_or(&volume.fields[0].0).clone()
-}
-
-fn report_constant(path: &PrimPath, part: &Part, extent: &str, context: &mut BuildContext) {
-    let what = if part.has_extinction() {
-        "the coefficients of the volume's material read none of its fields"
-    } else {
-        "the emission of the volume's material is constant"
-    };
-    let action = format!("it fills the bounding box of the field {extent:?}; multiply it by a field");
-    context.diagnostics.warn(path, what, action);
-}
-
-fn report_missing(
-    path: &PrimPath,
-    volume: &prim::Volume,
-    name: &str,
-    part: &Part,
-    context: &mut BuildContext,
-) {
-    let known: Vec<_> = volume.fields.iter().map(|(name, _)| name.as_str()).collect();
-    let what = format!("the material reads the field {name:?}; the volume has {}", known.join(", "));
-    if part.has_extinction() {
-        context.diagnostics.error(path, what, "the volume is not drawn; rename the field relationship");
-    } else {
-        context.diagnostics.warn(path, what, "that emission is left out; rename the field relationship");
-    }
-}
-
 /// The volume half of the bound material; without a binding, extinction = density with a grey albedo.
 fn volume_material(
     path: &PrimPath,
@@ -376,6 +333,7 @@ fn volume_material(
         tint: None,
         phase: PhaseModel::lobe(0.0),
         emission: Vec::new(),
+        program: None,
     })
 }
 

@@ -3,11 +3,11 @@
 use super::World;
 use super::query::SurfaceHit;
 use super::surfaces::HitSurface;
-use glam::{Affine3A, Vec3A};
+use glam::{Affine3A, DVec3, Vec3A};
 use tyndall_geometry::{SurfacePoint, TriangleMesh};
 use tyndall_math::{Ray, offset_ray_origin};
 use tyndall_scene::prim::Primvar;
-use tyndall_shading::{ShadingContext, ShadingFrame, SurfaceShading};
+use tyndall_shading::{ShadingContext, ShadingFrame, Space, SurfaceShading};
 
 /// A surface at a hit. Its shading lives in the material, if it is the same everywhere, or in the caller's buffer.
 pub(crate) struct Surface<'a> {
@@ -51,7 +51,8 @@ impl World {
         let shading = match material.constant() {
             Some(shading) => shading,
             None => {
-                let context = HitContext { of_hit, triangles, slot, barycentric: point.barycentric };
+                let (barycentric, position, origin) = (point.barycentric, point.position, self.origin);
+                let context = HitContext { of_hit, triangles, slot, barycentric, position, origin };
                 let shading = buffer.0.insert(material.evaluate(&context));
                 if let Some(normal) = shading.normal {
                     frame = bend(frame, normal, &context);
@@ -110,6 +111,10 @@ struct HitContext<'a> {
     triangles: Option<&'a TriangleMesh>,
     slot: usize,
     barycentric: [f32; 3],
+    /// In camera-relative space.
+    position: Vec3A,
+    /// Of that space, on the stage.
+    origin: DVec3,
 }
 
 impl ShadingContext for HitContext<'_> {
@@ -117,9 +122,35 @@ impl ShadingContext for HitContext<'_> {
         let primvar = self.of_hit.prim.primvars[self.slot].get(slot)?.as_deref()?;
         Some(self.value(primvar))
     }
+
+    fn position(&self, space: Space) -> Vec3A {
+        let mesh = &self.of_hit.prim.mesh;
+        match space {
+            Space::World => (self.position.as_dvec3() + self.origin).as_vec3a(),
+            Space::Object => {
+                let stored = mesh.object_from_blas().transform_point3(self.stored_position().as_dvec3());
+                (stored + mesh.center()).as_vec3a()
+            }
+            Space::Box => {
+                let (min, max) = mesh.blas().bounds();
+                let size = max - min;
+                Vec3A::select(size.cmpgt(Vec3A::ZERO), (self.stored_position() - min) / size, Vec3A::ZERO)
+            }
+        }
+    }
 }
 
 impl HitContext<'_> {
+    /// Where the hit is among the positions that the mesh stores.
+    fn stored_position(&self) -> Vec3A {
+        let Some(triangles) = self.triangles else {
+            return self.of_hit.world_from_object.inverse().transform_point3a(self.position);
+        };
+        let [u, v, w] = self.barycentric;
+        let [a, b, c] = triangles.triangle(self.of_hit.triangle).map(Vec3A::from);
+        a * u + b * v + c * w
+    }
+
     fn value(&self, primvar: &Primvar) -> [f32; 4] {
         let value = match self.triangles {
             Some(triangles) => triangles.primvar(primvar, self.of_hit.triangle, self.barycentric),

@@ -99,6 +99,13 @@ impl SurfaceMesh {
         if self.shape == ShapeOfSurface::Sphere { self.object_from_unit } else { DAffine3::IDENTITY }
     }
 
+    /// Its box in object space.
+    pub(super) fn object_bounds(&self) -> [DVec3; 2] {
+        let (min, max) = self.blas.bounds();
+        let object = self.object_from_blas();
+        [min, max].map(|p| object.transform_point3(p.as_dvec3()) + self.center())
+    }
+
     /// Whether it has an inside.
     pub(super) fn is_closed(&self) -> bool {
         self.triangles.as_ref().is_none_or(TriangleMesh::is_closed)

@@ -17,6 +17,8 @@ pub enum NodeInput {
     Text(String),
     /// The output of the node at this index, which must come earlier in the list.
     Node(usize),
+    /// A list, such as a table of colours.
+    Numbers(Vec<f32>),
 }
 
 /// A node of the graph.

@@ -2,7 +2,7 @@
 
 use super::closure::{self, Closure};
 use super::inputs::Inputs;
-use super::pattern::Operation;
+use super::pattern::{self, Operation};
 use super::{MAX_REGISTERS, Operand, kind};
 use tyndall_scene::prim::{Material, NodeInput};
 use tyndall_scene::{AssetLoader, Diagnostics, PrimPath};
@@ -31,6 +31,8 @@ pub(super) struct Compiler<'a> {
     pub(super) diags: &'a mut Diagnostics,
     pub(super) operations: Vec<Operation>,
     pub(super) primvars: Vec<String>,
+    /// What a medium reads; `None` for surfaces, which have no fields.
+    pub(super) fields: Option<Vec<String>>,
     /// Per node, once it is compiled.
     patterns: Vec<Option<Operand>>,
     closures: Vec<Option<Vec<Leaf>>>,
@@ -51,6 +53,7 @@ impl<'a> Compiler<'a> {
             diags,
             operations: Vec::new(),
             primvars: Vec::new(),
+            fields: None,
             patterns: vec![None; n],
             closures: vec![None; n],
         }
@@ -78,6 +81,11 @@ impl<'a> Compiler<'a> {
             );
             return;
         };
+        let is_foreign =
+            if self.fields.is_some() { pattern::is_of_surfaces } else { |kind: &str| kind == "field" };
+        if is_foreign(kind.name) {
+            return;
+        }
         if closure::is_kind(kind.name) {
             let leaves = closure::build(kind.name, &mut Inputs::new(self, index, kind));
             self.closures[index] = Some(leaves);
@@ -170,6 +178,14 @@ impl<'a> Compiler<'a> {
         self.primvars.iter().position(|p| p == name).unwrap_or_else(|| {
             self.primvars.push(name.to_owned());
             self.primvars.len() - 1
+        })
+    }
+
+    pub(super) fn field_slot(&mut self, name: &str) -> usize {
+        let fields = self.fields.get_or_insert_default();
+        fields.iter().position(|f| f == name).unwrap_or_else(|| {
+            fields.push(name.to_owned());
+            fields.len() - 1
         })
     }
 

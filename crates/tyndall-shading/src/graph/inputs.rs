@@ -1,6 +1,7 @@
 //! Checked access to the inputs of a node.
 
 use super::compiler::{Compiler, Leaf};
+use super::pattern::Operation;
 use super::{Operand, Value};
 use crate::KindSpec;
 use crate::kind::ParamDefault;
@@ -73,6 +74,10 @@ impl<'c, 'a> Inputs<'c, 'a> {
                 self.warn(name, &format!("{text:?} is not a number"), "the default was used");
                 default
             }
+            Some(NodeInput::Numbers(list)) => {
+                self.warn(name, &format!("a list of {} is no number", list.len()), "the default was used");
+                default
+            }
             Some(NodeInput::Node(source)) => match self.compiler.connection(self.index, *source) {
                 Ok(operand) => operand,
                 Err(what) => {
@@ -109,6 +114,27 @@ impl<'c, 'a> Inputs<'c, 'a> {
             self.warn(name, "cannot vary over the surface", "the default was used; set a constant");
             self.default(name)
         })
+    }
+
+    /// A point; unless authored that in the object's box.
+    pub(super) fn point(&mut self, name: &str) -> Operand {
+        if self.is_authored(name) {
+            self.operand(name)
+        } else {
+            self.compiler.emit(Operation::point_in_box())
+        }
+    }
+
+    /// A list of numbers; empty without one.
+    pub(super) fn numbers(&mut self, name: &str) -> &'a [f32] {
+        match self.node.inputs.get(name) {
+            None => &[],
+            Some(NodeInput::Numbers(list)) => list,
+            Some(other) => {
+                self.warn(name, &format!("{other:?} is no list of numbers"), "it was ignored");
+                &[]
+            }
+        }
     }
 
     /// A word or path.
@@ -171,6 +197,10 @@ impl<'c, 'a> Inputs<'c, 'a> {
 
     pub(super) fn primvar_slot(&mut self, name: &str) -> usize {
         self.compiler.primvar_slot(name)
+    }
+
+    pub(super) fn field_slot(&mut self, name: &str) -> usize {
+        self.compiler.field_slot(name)
     }
 
     /// The primvar `name` without a node for it.

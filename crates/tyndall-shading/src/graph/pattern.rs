@@ -2,21 +2,44 @@
 
 mod arithmetic;
 mod blackbody;
+mod combine;
+mod coordinate;
+mod field;
+mod gradient;
 mod image;
+mod map_range;
+mod math;
+mod noise;
 mod normal_map;
 mod primvar;
+mod ramp;
 mod transform2d;
+mod transform3d;
+mod vector_math;
+mod voronoi;
+mod wave;
 
 use super::inputs::Inputs;
-use super::{Operand, ShadingContext, Value};
+use super::{Operand, ShadingContext, Space, Value};
 use crate::KindSpec;
-use crate::kind::{ANY, ParamSpec};
 use arithmetic::{Add, Channel, Clamp, Mix, Multiply, Subtract};
 use blackbody::Blackbody;
+use combine::Combine;
+use coordinate::Coordinate;
+use field::Field;
+use gradient::Gradient;
 use image::Image;
+use map_range::MapRange;
+use math::Math;
+use noise::Noise;
 use normal_map::NormalMap;
 use primvar::Primvar;
+use ramp::Ramp;
 use transform2d::Transform2d;
+use transform3d::Transform3d;
+use vector_math::VectorMath;
+use voronoi::Voronoi;
+use wave::Wave;
 
 /// What a pattern answers.
 trait Pattern: Sized {
@@ -43,7 +66,7 @@ macro_rules! closed_set {
         pub(super) enum Operation { $($kind($kind)),+ }
 
         /// Every pattern.
-        pub(super) const KINDS: &[KindSpec] = &[$(<$kind as Pattern>::KIND),+, FIELD];
+        pub(super) const KINDS: &[KindSpec] = &[$(<$kind as Pattern>::KIND),+];
 
         impl Operation {
             /// The operation of a node, or `None` if its kind is no pattern.
@@ -71,17 +94,41 @@ macro_rules! closed_set {
     };
 }
 
-closed_set!(Image, Channel, Primvar, Transform2d, Multiply, Add, Subtract, Mix, Clamp, NormalMap, Blackbody);
+closed_set!(
+    Image,
+    Channel,
+    Combine,
+    Primvar,
+    Field,
+    Coordinate,
+    Transform2d,
+    Transform3d,
+    Noise,
+    Voronoi,
+    Gradient,
+    Wave,
+    Ramp,
+    MapRange,
+    Math,
+    VectorMath,
+    Multiply,
+    Add,
+    Subtract,
+    Mix,
+    Clamp,
+    NormalMap,
+    Blackbody,
+);
 
-/// Known in volumes only, where it is no operation but a name.
-const FIELD: KindSpec = KindSpec {
-    name: "field",
-    doc: "The value of a field of the volume; only in the inputs of a volume node.",
-    params: &[
-        ParamSpec::text("name", "density", "", "The field, as the volume names it."),
-        ParamSpec::float("default", 0.0, ANY, "", "Where the volume has no such field."),
-    ],
-};
+/// Whether nodes of this kind read the position of the hit.
+pub(super) fn is_positional(kind: &str) -> bool {
+    [Coordinate::KIND, Noise::KIND, Voronoi::KIND, Gradient::KIND, Wave::KIND].iter().any(|k| k.name == kind)
+}
+
+/// Whether nodes of this kind read what only surfaces have.
+pub(super) fn is_of_surfaces(kind: &str) -> bool {
+    [Image::KIND, Primvar::KIND, NormalMap::KIND].iter().any(|k| k.name == kind)
+}
 
 impl Operation {
     /// `a * b`, for weights made by the compiler.
@@ -92,6 +139,16 @@ impl Operation {
     /// The primvar of `slot`, or 0.
     pub(super) fn primvar(slot: usize) -> Self {
         Self::Primvar(Primvar::new(slot))
+    }
+
+    /// The point in the object's box.
+    pub(super) fn point_in_box() -> Self {
+        Self::Coordinate(Coordinate::BOX)
+    }
+
+    /// The space whose coordinates it gives, if it does.
+    pub(super) fn space(&self) -> Option<Space> {
+        if let Self::Coordinate(it) = self { Some(it.space()) } else { None }
     }
 
     /// `1 - a`.

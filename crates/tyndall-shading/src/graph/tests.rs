@@ -59,6 +59,14 @@ impl ShadingContext for Everywhere {
     fn primvar(&self, _: usize) -> Option<[f32; 4]> {
         Some(self.0)
     }
+
+    fn position(&self, _: Space) -> Vec3A {
+        Vec3A::from_slice(&self.0)
+    }
+
+    fn field(&self, _: usize) -> Option<[f32; 4]> {
+        Some(self.0)
+    }
 }
 
 #[test]

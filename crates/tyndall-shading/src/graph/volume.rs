@@ -1,17 +1,21 @@
-//! Media: `volume` nodes whose coefficients are constants, times a field, times a second field of colours.
+//! Media: `volume` nodes whose coefficients are constants, times a field, times a second field of colours; or, if they are
+//! anything else, a program.
 
 mod coefficients;
 mod phase;
+mod program;
 mod terms;
 
 pub use coefficients::VolumeTint;
 pub use phase::PhaseModel;
+pub use program::{PointCoefficients, VolumeProgram};
 pub use terms::{EmissionSource, EmissionTerm};
 
 use super::compiler::reachable;
 use crate::KindSpec;
 use crate::kind::{POSITIVE, ParamSpec, UNIT};
 use coefficients::Coefficients;
+use std::sync::Arc;
 use terms::{Scale, Term, Terms, VolumeCompiler};
 use tyndall_math::Rgb;
 use tyndall_scene::prim::Material;
@@ -88,9 +92,23 @@ pub struct VolumeMaterial {
     pub phase: PhaseModel,
     /// Emitted radiance per length, to be added up.
     pub emission: Vec<EmissionTerm>,
+    /// What gives coefficients and emission instead of all of the above, if they vary in another way than with fields.
+    pub program: Option<Arc<VolumeProgram>>,
 }
 
 impl VolumeMaterial {
+    fn of_program(program: Arc<VolumeProgram>, phase: PhaseModel) -> Self {
+        Self {
+            sigma_a: Rgb::ZERO,
+            sigma_s: Rgb::ZERO,
+            density_field: None,
+            tint: None,
+            phase,
+            emission: Vec::new(),
+            program: Some(program),
+        }
+    }
+
     /// Some coefficient or emission reads a field.
     pub fn reads_fields(&self) -> bool {
         self.density_field.is_some() || self.emission.iter().any(|term| term.field().is_some())
@@ -111,6 +129,11 @@ pub(super) fn compile(
         diags.warn(path, what, "the medium was left out; connect a volume node");
         return None;
     }
+    if program::is_needed(material, index) {
+        let program = Arc::new(VolumeProgram::compile(path, material, index, assets, diags));
+        let mut compiler = VolumeCompiler::new(path, material, assets, diags);
+        return Some(VolumeMaterial::of_program(program, compiler.phase(index)));
+    }
     let mut compiler = VolumeCompiler::new(path, material, assets, diags);
     for node in reachable(material, index) {
         if node != index {
@@ -125,7 +148,8 @@ impl VolumeCompiler<'_> {
         self.report_unknown(index, &KIND);
         let Coefficients { sigma_a, sigma_s, density_field, tint } = self.coefficients(index);
         let phase = self.phase(index);
-        VolumeMaterial { sigma_a, sigma_s, density_field, tint, phase, emission: self.emission(index) }
+        let emission = self.emission(index);
+        VolumeMaterial { sigma_a, sigma_s, density_field, tint, phase, emission, program: None }
     }
 
     /// The `emission` input and the black body.

@@ -145,7 +145,7 @@ fn dark(material: &VolumeMaterial) -> Medium {
     }
 }
 
-fn phase(model: PhaseModel) -> PhaseMix {
+pub(super) fn phase(model: PhaseModel) -> PhaseMix {
     match model {
         PhaseModel::Lobes { g, g2, mix } => PhaseMix::two_lobes(g, g2, mix),
         PhaseModel::Rayleigh => Phase::from(Rayleigh).into(),
@@ -167,6 +167,7 @@ mod tests {
             tint: None,
             phase: PhaseModel::lobe(0.5),
             emission,
+            program: None,
         }
     }
 

@@ -25,6 +25,7 @@ fn constants_are_homogeneous() {
         tint: None,
         phase: PhaseModel::lobe(0.7),
         emission: Vec::new(),
+        program: None,
     };
     assert_eq!(volume, Some(expected));
 }
@@ -100,11 +101,6 @@ fn what_is_more_general_is_reported() {
     };
     report(vec![
         node("field", []),
-        node("add", [("in1", link(0)), ("in2", float(1.0))]),
-        node("volume", [("scattering", link(1))]),
-    ]);
-    report(vec![
-        node("field", []),
         node("multiply", [("in1", link(0)), ("in2", link(0))]),
         node("multiply", [("in1", link(0)), ("in2", link(1))]),
         node("volume", [("scattering", link(2))]),
@@ -117,6 +113,51 @@ fn what_is_more_general_is_reported() {
     report(vec![node("primvar", []), node("volume", [("scattering", link(0))])]);
     report(vec![node("volume", [("density", float(1.0))])]);
     assert!(report(vec![node("diffuse", [])]).is_none());
+}
+
+/// Nodes, and what the program of the last one says where the position and all fields are `at`.
+fn program(nodes: Vec<ShadingNode>, at: f32) -> PointCoefficients {
+    let (volume, messages) = medium(nodes);
+    assert!(messages.is_empty(), "{messages:?}");
+    let program = volume.and_then(|volume| volume.program).expect("a program");
+    program.evaluate(&Everywhere([at; 4]))
+}
+
+#[test]
+fn what_is_no_sum_of_products_is_a_program() {
+    let with_one = program(
+        vec![
+            node("field", [("name", text("smoke"))]),
+            node("add", [("in1", link(0)), ("in2", float(1.0))]),
+            node("volume", [("scattering", link(1))]),
+        ],
+        2.0,
+    );
+    assert_eq!(with_one.sigma_s, Rgb::splat(3.0));
+    let clamped = program(
+        vec![node("field", []), node("clamp", [("in", link(0))]), node("volume", [("absorption", link(1))])],
+        2.0,
+    );
+    assert_eq!((clamped.sigma_a, clamped.sigma_s), (Rgb::ONE, Rgb::ZERO));
+    let noise =
+        vec![node("noise", []), node("volume", [("scattering", link(0)), ("temperature", float(1500.0))])];
+    let found = program(noise, 0.3);
+    assert!(found.sigma_s.x > 0.0 && found.sigma_s.x < 1.0 && found.emission.x > 0.0);
+    let negative =
+        vec![node("coordinate", []), node("volume", [("scattering", link(0)), ("emission", link(0))])];
+    assert_eq!(program(negative, -1.0).sigma_s, Rgb::ZERO);
+}
+
+#[test]
+fn what_only_surfaces_have_is_reported_in_programs() {
+    let (volume, messages) = medium(vec![
+        node("primvar", []),
+        node("coordinate", []),
+        node("multiply", [("in1", link(0)), ("in2", link(1))]),
+        node("volume", [("scattering", link(2))]),
+    ]);
+    assert!(volume.is_some_and(|volume| volume.program.is_some()));
+    assert!(messages.iter().any(|m| m.contains("node 0 (primvar)")), "{messages:?}");
 }
 
 #[test]

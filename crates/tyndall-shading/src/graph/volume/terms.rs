@@ -239,6 +239,7 @@ impl<'a> VolumeCompiler<'a> {
             Some(NodeInput::Float(x)) => Ok(Terms::constant([*x; 3])),
             Some(NodeInput::Vector(v)) => Ok(Terms::constant(*v)),
             Some(NodeInput::Text(text)) => Err(format!("{text:?} is not a number")),
+            Some(NodeInput::Numbers(_)) => Err("a list is no number".to_owned()),
             Some(NodeInput::Node(source)) => self.operand(index, *source),
         }
     }
