@@ -41,6 +41,7 @@ pub enum SessionError {
 #[derive(Debug, Default)]
 pub struct Control {
     stop: AtomicBool,
+    cancel: AtomicBool,
     samples: AtomicU64,
     passes: AtomicU64,
     learning: Stopwatch,
@@ -57,12 +58,19 @@ impl Control {
         self.learning.total()
     }
 
-    /// Asks the render to end soon; what has been done is kept.
+    /// Asks the render to end soon; what has been done is kept, and learned from.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether [`Self::stop`] was called.
+    /// Asks the render to end at once: somebody is waiting. What has been done is kept; the pass that is cut off
+    /// teaches nothing, because learning takes longer than people care to wait.
+    pub fn cancel(&self) {
+        self.cancel.store(true, Ordering::Relaxed);
+        self.stop();
+    }
+
+    /// Whether the render is to end, soon or at once.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -83,7 +91,8 @@ pub struct Session {
     world: Arc<World>,
     settings: RenderSettings,
     pool: rayon::ThreadPool,
-    film: Mutex<Film>,
+    /// Shared with those who look at it between two renders: copies are large.
+    film: Mutex<Arc<Film>>,
     /// The samples to be rendered.
     range: Range<u32>,
     learns: bool,
@@ -110,7 +119,7 @@ impl Session {
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
         let range = 0..settings.samples;
         let learns = RenderGuide::new(&film, &settings, world.has_media()).learns();
-        let film = Mutex::new(film);
+        let film = Mutex::new(Arc::new(film));
         let (statistics, guide, memory) = (Mutex::default(), Mutex::default(), Mutex::default());
         Ok(Self { world, settings, pool, film, range, learns, statistics, guide, memory })
     }
@@ -137,7 +146,7 @@ impl Session {
         }
         let [width, height] = self.settings.resolution;
         let film = Film::starting_at(start, width, height, &self.settings.aovs);
-        self.film = Mutex::new(film.map_err(SessionError::Film)?);
+        self.film = Mutex::new(Arc::new(film.map_err(SessionError::Film)?));
         self.range = start..end;
         Ok(self)
     }
@@ -147,7 +156,8 @@ impl Session {
     /// # Errors
     /// The film has another size, other AOVs or another first sample than the next one to be made.
     pub fn resume(&self, earlier: &Film) -> Result<(), SessionError> {
-        self.film.lock().unwrap_or_else(PoisonError::into_inner).append(earlier).map_err(SessionError::Film)
+        let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
+        Arc::make_mut(&mut film).append(earlier).map_err(SessionError::Film)
     }
 
     /// Renders all passes, or until `control` is stopped.
@@ -159,27 +169,26 @@ impl Session {
     pub fn render_watched(&self, control: &Control, after_pass: &mut dyn FnMut(&Film)) {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut guide = RenderGuide::new(&film, &self.settings, self.world.has_media());
+        let film = Arc::make_mut(&mut film);
+        let mut guide = RenderGuide::new(film, &self.settings, self.world.has_media());
         guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
         control.samples.fetch_add(film.total_samples(), Ordering::Relaxed);
         let mut done = film.next_sample();
         while done < self.range.end && !film.is_clean(done) && !control.is_stopped() {
             let target = leaf_end(done).min(self.range.end);
-            let image: &mut Film = &mut film;
             guide.begin_pass(done, target);
             let (of_pass, lessons) =
-                self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
-            if !lessons.is_empty() {
-                control.learning.time(|| self.pool.install(|| guide.learn(image, lessons)));
+                self.pool.install(|| render_pass(&integrator, film, target, &guide, control));
+            if !lessons.is_empty() && !control.cancel.load(Ordering::Relaxed) {
+                control.learning.time(|| self.pool.install(|| guide.learn(film, lessons)));
             }
             self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&of_pass);
             if film.next_sample() == target {
-                let image: &mut Film = &mut film;
                 let threshold = f64::from(self.settings.noise_threshold);
-                self.pool.install(|| image.update_noise(target, threshold));
+                self.pool.install(|| film.update_noise(target, threshold));
             }
             control.passes.fetch_add(1, Ordering::Relaxed);
-            after_pass(&film);
+            after_pass(film);
             done = target;
         }
         *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = Some(guide);
@@ -203,9 +212,9 @@ impl Session {
         self.learns
     }
 
-    /// A copy of the image so far.
-    pub fn film(&self) -> Film {
-        self.film.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// The image so far; waits for the end of a render that runs.
+    pub fn film(&self) -> Arc<Film> {
+        Arc::clone(&self.film.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Counts of what the paths did.
@@ -279,6 +288,10 @@ impl Pass<'_> {
     ) -> (PathStatistics, Option<TileLessons>) {
         let mut statistics = PathStatistics::default();
         let mut lessons = self.guide.lessons(tile, self.first, self.target);
+        // Memory for the sums of a tile is not free; after a stop there are thousands of tiles to come.
+        if self.control.is_stopped() {
+            return (statistics, lessons);
+        }
         let mut scratch = self.integrator.scratch();
         let mut number = 0;
         let first = tile.begin(self.target);
