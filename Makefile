@@ -50,7 +50,7 @@ test-python: build $(STAMPS)/blender
 
 test-blender-all: build $(STAMPS)/blender ## every comparison with Cycles, in Blender 4.2, 4.5, 5.0 and 5.2
 	rm -rf out/wheel
-	$(BIN)/maturin build --release --manifest-path crates/tyndall-py/Cargo.toml --out out/wheel
+	$(BIN)/maturin build --release --strip --manifest-path crates/tyndall-py/Cargo.toml --out out/wheel
 	scripts/test_blender_all out/wheel/*.whl out/blender $(ARGS)
 
 ui-test: blender-extension ## Blender with a window, installed from the extension; screenshots in out/ui (root)

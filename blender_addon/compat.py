@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 
 if TYPE_CHECKING:
-    from bpy.types import ID, Light, Material, World
+    from bpy.types import ID, Light, Material, Scene, ViewLayer, World
 
 #: A new material or world always has a node tree, whatever `use_nodes` says.
 _TREES_ALWAYS_COUNT = bpy.app.version >= (5, 0, 0)
@@ -17,6 +17,11 @@ _TREES_ALWAYS_COUNT = bpy.app.version >= (5, 0, 0)
 def node_tree(owner: Material | World) -> bpy.types.NodeTree | None:
     """Return the nodes that count; ``None`` if the simple settings do."""
     return owner.node_tree if _TREES_ALWAYS_COUNT or owner.use_nodes else None
+
+
+def world_of(scene: Scene, layer: ViewLayer) -> World | None:
+    """Return the world of a view layer; it may have none, or (since 5.0) one of its own."""
+    return (getattr(layer, "world_override", None) or scene.world) if layer.use_sky else None
 
 
 def light_color(light: Light) -> tuple[float, float, float]:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _PREVIEW_SAMPLES = 16
 #: Seconds between two pictures shown while rendering.
 _SHOW_EVERY = 1.0
+#: Seconds between two lines about progress: each has Blender draw its window, and Esc is not heard meanwhile.
+_TELL_EVERY = 0.25
 
 
 class RenderFailure(Exception):
@@ -69,6 +71,8 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
         "pixelAspect": frame.pixel_aspect,
         "aovs": [p.aov for p in wanted],
     }
+    if layer.samples > 0:
+        settings["samples"] = layer.samples
     if engine.is_preview:
         settings |= {"samples": min(settings["samples"], _PREVIEW_SAMPLES), "cachePath": ""}
     else:
@@ -138,6 +142,7 @@ class _Render:
         self._layer = layer
         self._is_transparent = is_transparent
         self._shown_at = 0.0
+        self._told_at = -_TELL_EVERY
 
     def run(self, frame: float) -> None:
         """Render until the end, a limit or Esc, and hand over the picture."""
@@ -151,20 +156,30 @@ class _Render:
         engine = self._engine
         if engine.test_break():
             return False
-        engine.update_progress(progress.fraction)
-        remaining = progress.remaining_secs
-        left = "" if remaining is None else f"Remaining {_clock(remaining)} | "
-        engine.update_stats("", f"{left}Samples {self._samples(progress)}")
+        if progress.elapsed_secs - self._told_at >= _TELL_EVERY:
+            self._told_at = progress.elapsed_secs
+            self._tell(progress)
         if not engine.is_preview and progress.elapsed_secs - self._shown_at >= _SHOW_EVERY:
-            film = self._session.preview()
-            if film is not None:
+            preview = self._session.preview()
+            if preview is not None:
                 self._shown_at = progress.elapsed_secs
-                self._show(film)
+                self._show_picture(preview[1])
         return True
 
-    def _samples(self, progress: tyndall.Progress) -> str:
-        settings_total = max(progress.samples_total, 1)
-        return f"{100 * progress.samples_done / settings_total:.0f} %"
+    def _tell(self, progress: tyndall.Progress) -> None:
+        self._engine.update_progress(progress.fraction)
+        remaining = progress.remaining_secs
+        left = "" if remaining is None else f"Remaining {_clock(remaining)} | "
+        done = progress.samples_done / max(progress.samples_total, 1)
+        self._engine.update_stats("", f"{left}Samples {100 * done:.0f} %")
+
+    def _show_picture(self, image: np.ndarray) -> None:
+        """Show what there is so far; the other passes can wait for the end."""
+        height, width, _ = image.shape
+        result = self._engine.begin_result(0, 0, width, height, layer=self._layer)
+        picture = passes.upright(image, is_transparent=self._is_transparent)
+        result.layers[0].passes["Combined"].rect.foreach_set(picture.ravel())
+        self._engine.end_result(result)
 
     def _show(self, film: tyndall.Film) -> None:
         """Copy all passes: one call for all of them is what is fast in every version."""

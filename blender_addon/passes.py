@@ -6,11 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
 import tyndall
 
 if TYPE_CHECKING:
     import bpy
+    import numpy as np
 
 #: AOV -> (Blender's name, Blender's switch) where Blender has a pass of that meaning.
 _BLENDERS = {
@@ -96,12 +96,16 @@ def missing(layer: bpy.types.ViewLayer) -> list[str]:
 
 
 def pixels(film: tyndall.Film, wanted_pass: Pass, *, is_transparent: bool) -> np.ndarray:
-    """Return an AOV as Blender wants it: float32, shape (height, width, channels), row 0 at the bottom.
+    """Return an AOV as Blender wants it: float32, shape (height, width, channels), row 0 at the bottom."""
+    return upright(film.aov(wanted_pass.aov), is_transparent=is_transparent or wanted_pass.aov != "rgba")
+
+
+def upright(image: np.ndarray, *, is_transparent: bool) -> np.ndarray:
+    """Return an image with row 0 at the bottom; alpha becomes 1 unless it `is_transparent`.
 
     Unless the film is transparent, the background is part of the picture, which then is opaque.
     """
-    image = film.aov(wanted_pass.aov)[::-1]
-    if wanted_pass.aov == "rgba" and not is_transparent:
-        image = image.copy()
+    image = image[::-1].copy()
+    if not is_transparent:
         image[..., 3] = 1.0
-    return np.ascontiguousarray(image)
+    return image

@@ -87,7 +87,7 @@ class Job:
         settings = self._settings | {"resolution": resolution, "samples": 1, "cachePath": ""}
         film = tyndall.Session(self._scene, settings).render(lambda _: not self._stop.is_set())
         if film.samples > 0:
-            self._keep(film, samples=0)
+            self._keep(film.aov("rgba"), samples=0)
 
     def _render(self) -> None:
         session = tyndall.Session(self._scene, self._settings)
@@ -95,18 +95,21 @@ class Job:
         session.preview()
 
         def progress(_: tyndall.Progress) -> bool:
-            film = session.preview()
-            # A picture with holes is no better than a coarse one.
-            if film is not None and film.samples > 0:
-                self._keep(film, samples=film.samples)
-            return not self._stop.is_set()
+            if self._stop.is_set():
+                return False
+            preview = session.preview()
+            if preview is not None:
+                samples, image = preview
+                self._keep(image, samples=samples)
+            return True
 
         film = session.render(progress)
-        if film.samples > 0:
-            self._keep(film, samples=film.samples)
+        # A picture with holes is no better than a coarse one, and nobody waits for one that is out of date.
+        if film.samples > 0 and not self._stop.is_set():
+            self._keep(film.aov("rgba"), samples=film.samples)
 
-    def _keep(self, film: tyndall.Film, *, samples: int) -> None:
-        image = np.ascontiguousarray(film.aov("rgba")[::-1])
+    def _keep(self, image: np.ndarray, *, samples: int) -> None:
+        image = np.ascontiguousarray(image[::-1])
         with self._lock:
             self._image, self.samples, self.has_shown = image, samples, True
         self._notify()
@@ -116,7 +119,8 @@ class Viewport:
     """The state of one viewport."""
 
     def __init__(self) -> None:
-        self._sync = SceneSync()
+        self._sync = SceneSync(self._read_anew)
+        self._redraw: Callable[[], None] = lambda: None
         self._job: Job | None = None
         self._texture: gpu.types.GPUTexture | None = None
         self._is_synced = False
@@ -129,6 +133,11 @@ class Viewport:
         if self._job is not None:
             self._job.stop()
             self._job = None
+
+    def _read_anew(self) -> None:
+        """Have the scene read again when the viewport is drawn next; called from any thread."""
+        self._is_synced = False
+        self._redraw()
 
     def update(self, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph) -> None:
         """Bring the scene up to date."""
@@ -143,6 +152,7 @@ class Viewport:
         self, engine: bpy.types.RenderEngine, context: bpy.types.Context, depsgraph: bpy.types.Depsgraph
     ) -> None:
         """Draw the picture; begin a new one if scene, view, size or settings changed."""
+        self._redraw = _redraw(engine)
         if not self._is_synced:
             self.update(context, depsgraph)
         region = context.region
@@ -177,7 +187,7 @@ class Viewport:
             return
         self.stop()
         self._is_stale, self._shot = False, shot
-        self._job = Job(self._sync.delegate.commit(), settings, _redraw(engine))
+        self._job = Job(self._sync.delegate.commit(), settings, self._redraw)
 
     def _tell(self, engine: bpy.types.RenderEngine, job: Job) -> None:
         if job.error:

@@ -33,6 +33,8 @@ class ImageTexture(Converter):
             return (1.0, 0.0, 1.0)
         if node.node.projection != "FLAT":
             node.warn(f"projects by {node.node.projection.lower()}", "the flat projection is used")
+        if node.node.interpolation == "Closest":
+            node.warn("shows pixels as they are", "it is interpolated between them")
         vector = node.value("Vector") if node.is_linked("Vector") else None
         space = image.colorspace_settings.name
         if space not in _SPACES:

@@ -77,8 +77,9 @@ def read_camera(
 ) -> Camera:
     """Read a camera object as it sees `frame`."""
     data = camera.data
-    if data.type == "PANO":
-        messages.error(path, "panoramic cameras are not supported", "a perspective camera is used")
+    if data.type not in ("PERSP", "ORTHO"):
+        kind = {"PANO": "panoramic"}.get(data.type, data.type.lower())
+        messages.error(path, f"{kind} cameras are not supported", "a perspective camera is used")
     across, up = frame.width * frame.pixel_aspect, float(frame.height)
     is_wide = data.sensor_fit == "HORIZONTAL" or (data.sensor_fit == "AUTO" and across >= up)
     is_ortho = data.type == "ORTHO"

@@ -24,6 +24,9 @@ _ROUND = ("DISK", "ELLIPSE")
 
 def read_light(light: bpy.types.Light, world: np.ndarray, path: str, messages: Messages) -> Light | None:
     """Read a lamp placed by `world`; ``None``, with a message, if it is of an unknown kind."""
+    if light.type == "AREA" and getattr(getattr(light, "cycles", None), "is_portal", False):
+        messages.info(path, "portals are for Cycles", "it does not shine, there as here")
+        return None
     match light.type:
         case "POINT" | "SPOT":
             read = _read_point(light, world)

@@ -22,11 +22,14 @@ from . import material as materials
 from .images import ImageFiles, TemporaryFolder
 from .light import read_light
 from .mesh import read_mesh
+from .unsupported import report_light_linking, report_object, report_scene
 from .volume import VolumeFiles, density_scale, read_fields
 from .world import read_world
 from .xform import to_array, to_arrays
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import bpy
     from mathutils import Matrix
 
@@ -34,8 +37,6 @@ if TYPE_CHECKING:
 _TO_MESH = ("CURVE", "SURFACE", "META", "FONT")
 #: Types that make no picture.
 _SILENT = ("EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE")
-_RAYS = ("visible_camera", "visible_diffuse", "visible_glossy", "visible_transmission", "visible_shadow")
-_RAYS = (*_RAYS, "visible_volume_scatter")
 
 
 @dataclass
@@ -59,7 +60,9 @@ class _Cached:
 class SceneSync:
     """Keeps a delegate equal to an evaluated scene."""
 
-    def __init__(self) -> None:
+    def __init__(self, when_painted: Callable[[], None] | None = None) -> None:
+        """With `when_painted` skies are not waited for; it is called by another thread when one is ready."""
+        self._when_painted = when_painted
         self.delegate = tyndall.RenderDelegate()
         self._index = PrimIndex(self.delegate)
         self._folder = TemporaryFolder()
@@ -78,14 +81,16 @@ class SceneSync:
     def sync(self, depsgraph: bpy.types.Depsgraph, *, is_transparent: bool) -> int:
         """Bring the delegate to the scene; return how many prims changed. The camera stays."""
         messages = Messages()
-        reading = _Reading(self._images, self._volumes, self._meshes, messages)
-        prims = reading.read(depsgraph)
+        reading = _Reading(depsgraph, self._images, self._volumes, self._meshes, messages)
+        prims = reading.read()
         prims.update(
             read_world(
-                depsgraph.scene_eval.world,
+                compat.world_of(depsgraph.scene_eval, depsgraph.view_layer_eval),
+                frame=depsgraph.scene_eval.frame_current_final,
                 is_transparent=is_transparent,
                 images=self._images,
                 messages=messages,
+                when_painted=self._when_painted,
             )
         )
         self._meshes = reading.used
@@ -108,12 +113,15 @@ class _Reading:
 
     def __init__(
         self,
+        depsgraph: bpy.types.Depsgraph,
         images: ImageFiles,
         volumes: VolumeFiles,
         meshes: dict[tuple[object, ...], _Cached],
         messages: Messages,
     ) -> None:
         self.used: dict[tuple[object, ...], _Cached] = {}
+        self._depsgraph = depsgraph
+        self._override = depsgraph.view_layer_eval.material_override
         self._images = images
         self._volumes = volumes
         self._meshes = meshes
@@ -124,12 +132,10 @@ class _Reading:
         self._looks: dict[tuple[int, float | None], tuple[str, frozenset[str]]] = {}
         self._paths: set[str] = set()
 
-    def read(self, depsgraph: bpy.types.Depsgraph) -> dict[str, Prim]:
+    def read(self) -> dict[str, Prim]:
         """Return all prims but camera and world."""
-        scene = depsgraph.scene_eval
-        if scene.render.use_motion_blur:
-            self._messages.warning("", "motion blur is not supported", "the frame's own time is rendered")
-        for instance in depsgraph.object_instances:
+        report_scene(self._depsgraph.scene_eval, self._depsgraph.view_layer, self._messages)
+        for instance in self._depsgraph.object_instances:
             if instance.show_self:
                 self._add(instance)
         for group in self._groups.values():
@@ -143,6 +149,7 @@ class _Reading:
         if kind == "LIGHT":
             path = self._unused(f"/{thing.name_full}")
             light = read_light(thing.data, to_array(instance.matrix_world), path, self._messages)
+            report_light_linking(thing, path, self._messages)
             if light is not None:
                 self._prims[path] = replace(light, camera_visible=thing.visible_camera)
             return
@@ -173,7 +180,7 @@ class _Reading:
             key = (*key, thing.as_pointer())
         if key not in self._groups:
             self._groups[key] = self._read(thing, kind, scale)
-            self._report_object(thing)
+            report_object(thing, f"/{thing.name_full}", self._depsgraph.view_layer, self._messages)
         return self._groups[key]
 
     def _unused(self, path: str) -> str:
@@ -245,6 +252,7 @@ class _Reading:
         self, material: bpy.types.Material | None, *, grid_scale: float | None = None
     ) -> tuple[str, frozenset[str]]:
         """Return the path of a material and the attributes that it reads; of grids, with a factor on them."""
+        material = self._override or material
         if material is None:
             return materials.DEFAULT_PATH, frozenset()
         key = (compat.session_uid(material.original), grid_scale)
@@ -273,17 +281,6 @@ class _Reading:
         self._prims[instancer] = Instancer(transforms=to_arrays(group.matrices))
         identity = np.eye(4)
         self._prims.update({path: _placed(prim, identity, instancer) for path, prim in group.prims.items()})
-
-    def _report_object(self, thing: bpy.types.Object) -> None:
-        path = f"/{thing.name_full}"
-        for flag, what in (("is_holdout", "holdouts"), ("is_shadow_catcher", "shadow catchers")):
-            if getattr(thing, flag, False):
-                self._messages.warning(path, f"{what} are not supported", "it is drawn as an ordinary object")
-        hidden = [ray.removeprefix("visible_") for ray in _RAYS if not getattr(thing, ray, True)]
-        if hidden:
-            self._messages.warning(
-                path, f"it is hidden from {', '.join(hidden)} rays, which is not supported", "all rays see it"
-            )
 
 
 def _is_smoke_domain(thing: bpy.types.Object) -> bool:

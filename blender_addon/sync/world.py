@@ -14,8 +14,11 @@ from tyndall.prims import Light, Material, Prim, Volume
 from .. import compat
 from ..nodes.tree import own_value, source_of
 from .material import output_node, read_volume_output
+from .sky import PAINTER
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import bpy
     from tyndall.messages import Messages
 
@@ -24,6 +27,10 @@ if TYPE_CHECKING:
 PATH = "/World"
 #: Light's axes in Blender's: the image's middle (+Z) is +X, its quarter (+X) is +Y, its pole (+Y) is +Z.
 _BLENDER_FROM_DOME = np.array([[0, 0, 1, 0], [1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 0, 1]], np.float64)
+
+
+#: Texture coordinates that are the direction of the ray, or the point far away that it meets.
+_DIRECTIONS = ("Generated", "Object", "Normal")
 
 
 @dataclass(frozen=True)
@@ -36,26 +43,60 @@ class Background:
     turn: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
+#: Stands for a sky that there is none of.
+_GREY = Background((0.5, 0.5, 0.5), 1.0)
+
+
 def read_world(
-    world: bpy.types.World | None, *, is_transparent: bool, images: ImageFiles, messages: Messages
+    world: bpy.types.World | None,
+    *,
+    frame: float,
+    is_transparent: bool,
+    images: ImageFiles,
+    messages: Messages,
+    when_painted: Callable[[], None] | None = None,
 ) -> dict[str, Prim]:
-    """Return the prims of the world: a dome if it shines, fog if it has any."""
+    """Return the prims of the world: a dome if it shines, fog if it has any.
+
+    With `when_painted` it does not wait for skies that must be painted; that is called when one is ready.
+    """
     if world is None:
         return {}
     prims: dict[str, Prim] = {}
     tree = compat.node_tree(world)
-    background = Background(tuple(world.color), 1.0)
+    background: Background | None = Background(tuple(world.color), 1.0)
     if tree is not None:
         output = output_node(tree)
-        background = None if output is None else _read_background(output, images, messages)
+        background = None
         if output is not None:
+            try:
+                background = _read_background(output, images, messages)
+            except _NeedsPaintingError:
+                sky = PAINTER.sky_of(world, frame, messages, PATH, when_painted)
+                background = _GREY if sky is None else Background((1.0, 1.0, 1.0), 1.0, sky)
             prims.update(_read_fog(output, images, messages))
     if background is not None:
-        prims[PATH] = _dome(background, is_transparent=is_transparent)
+        is_seen = _is_seen_by_camera(world, messages)
+        prims[PATH] = _dome(background, camera_visible=is_seen and not is_transparent)
     return prims
 
 
-def _dome(background: Background, *, is_transparent: bool) -> Light:
+def _is_seen_by_camera(world: bpy.types.World, messages: Messages) -> bool:
+    """Return whether camera rays see the world; that other rays do not is reported."""
+    rays = getattr(world, "cycles_visibility", None)
+    if rays is None:
+        return True
+    hidden = [
+        name for name in ("diffuse", "glossy", "transmission", "scatter") if not getattr(rays, name, True)
+    ]
+    if hidden:
+        messages.warning(
+            PATH, f"it is hidden from {', '.join(hidden)} rays, which is not supported", "they see it"
+        )
+    return bool(getattr(rays, "camera", True))
+
+
+def _dome(background: Background, *, camera_visible: bool) -> Light:
     # The mapping turns the direction before the image is looked up.
     turned = np.eye(4)
     turned[:3, :3] = np.array(Euler(background.turn, "XYZ").to_matrix()).T
@@ -65,7 +106,7 @@ def _dome(background: Background, *, is_transparent: bool) -> Light:
         world_from_light=turned @ _BLENDER_FROM_DOME,
         intensity=background.strength,
         color=background.color,
-        camera_visible=not is_transparent,
+        camera_visible=camera_visible,
         opaque=False,
     )
 
@@ -82,32 +123,29 @@ def _read_fog(output: bpy.types.Node, images: ImageFiles, messages: Messages) ->
     }
 
 
+class _NeedsPaintingError(Exception):
+    """The nodes are more than a colour or an image."""
+
+
 def _read_background(output: bpy.types.Node, images: ImageFiles, messages: Messages) -> Background | None:
+    """Return a background of one colour or one image, or raise; ``None`` is black."""
     found = source_of(output.inputs["Surface"], ())
     if found is None or not found[0].is_output:
         return None
     node, groups = found[0].node, found[1]
     if node.bl_idname not in ("ShaderNodeBackground", "ShaderNodeEmission"):
-        messages.warning(PATH, f"node {node.bl_label!r} is not supported in worlds", "the sky is black")
-        return None
-    strength = _constant(node.inputs["Strength"], groups, 1.0, messages)
+        raise _NeedsPaintingError
+    strength = _constant(node.inputs["Strength"], groups)
     color = source_of(node.inputs["Color"], groups)
     if color is None:
         return None
     socket, groups = color
-    if not socket.is_output:
-        red, green, blue, _ = socket.default_value
-        return Background((red, green, blue), strength)
-    if socket.node.bl_idname == "ShaderNodeRGB":
+    if not socket.is_output or socket.node.bl_idname == "ShaderNodeRGB":
         red, green, blue, _ = socket.default_value
         return Background((red, green, blue), strength)
     if socket.node.bl_idname == "ShaderNodeTexEnvironment":
         return _read_environment(socket.node, groups, strength, images, messages)
-    label = socket.node.bl_label
-    messages.warning(
-        PATH, f"node {label!r} is not supported in worlds", "the sky is grey; bake it to an image"
-    )
-    return Background((0.5, 0.5, 0.5), strength)
+    raise _NeedsPaintingError
 
 
 def _read_environment(
@@ -122,31 +160,44 @@ def _read_environment(
         messages.error(PATH, "the environment has no image that can be read", "the sky is magenta")
         return Background((1.0, 0.0, 1.0), strength)
     if node.projection != "EQUIRECTANGULAR":
-        messages.warning(PATH, "mirror balls are not supported", "the image is read as equirectangular")
-    turn = (0.0, 0.0, 0.0)
-    mapping = source_of(node.inputs["Vector"], groups)
-    if mapping is not None and mapping[0].is_output:
-        source, groups = mapping
-        if source.node.bl_idname == "ShaderNodeMapping":
-            x, y, z = own_value(source.node.inputs["Rotation"])
-            turn = (x, y, z)
-            if source.node.vector_type not in ("POINT", "VECTOR") or source.node.inputs["Rotation"].is_linked:
-                messages.warning(PATH, "the sky's mapping is more than a rotation", "the rest is ignored")
-        elif source.node.bl_idname != "ShaderNodeTexCoord":
-            messages.warning(PATH, f"node {source.node.bl_label!r} turns the sky", "it is ignored")
-    return Background((1.0, 1.0, 1.0), strength, texture, turn)
+        raise _NeedsPaintingError
+    return Background((1.0, 1.0, 1.0), strength, texture, _turn(node.inputs["Vector"], groups))
 
 
-def _constant(
-    socket: bpy.types.NodeSocket,
-    groups: tuple[bpy.types.Node, ...],
-    default: float,
-    messages: Messages,
-) -> float:
+def _turn(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...]) -> tuple[float, float, float]:
+    """Return by which angles the directions are turned before an image is looked up."""
+    found = source_of(socket, groups)
+    if found is None or not found[0].is_output:
+        return (0.0, 0.0, 0.0)
+    source, groups = found
+    mapping = source.node
+    if mapping.bl_idname == "ShaderNodeTexCoord" and source.identifier in _DIRECTIONS:
+        return (0.0, 0.0, 0.0)
+    if mapping.bl_idname != "ShaderNodeMapping" or mapping.vector_type not in ("POINT", "VECTOR"):
+        raise _NeedsPaintingError
+    is_moved = mapping.vector_type == "POINT" and own_value(mapping.inputs["Location"]) != (0.0, 0.0, 0.0)
+    is_scaled = own_value(mapping.inputs["Scale"]) != (1.0, 1.0, 1.0)
+    if (
+        is_moved
+        or is_scaled
+        or any(mapping.inputs[name].is_linked for name in ("Location", "Rotation", "Scale"))
+    ):
+        raise _NeedsPaintingError
+    behind = source_of(mapping.inputs["Vector"], groups)
+    if (
+        behind is None
+        or not behind[0].is_output
+        or _turn(mapping.inputs["Vector"], groups) != (0.0, 0.0, 0.0)
+    ):
+        raise _NeedsPaintingError
+    x, y, z = own_value(mapping.inputs["Rotation"])
+    return x, y, z
+
+
+def _constant(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...]) -> float:
     found = source_of(socket, groups)
     if found is None:
-        return default
+        return 1.0
     if not found[0].is_output or found[0].node.bl_idname == "ShaderNodeValue":
         return float(found[0].default_value)
-    messages.warning(PATH, "the strength of the world varies", f"{default:g} was used")
-    return default
+    raise _NeedsPaintingError

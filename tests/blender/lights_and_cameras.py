@@ -102,6 +102,41 @@ def hdri() -> None:
     tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs["Color"])
 
 
+def _sky_of(node: str, ball_color: tuple[float, float, float] = (0.6, 0.6, 0.6)) -> Any:
+    """Light a ball by a world of a node; return that node."""
+    ball("ShaderNodeBsdfDiffuse", Color=(*ball_color, 1))
+    bpy.data.objects.remove(bpy.data.objects["AREA"])
+    tree = bpy.context.scene.world.node_tree
+    texture = tree.nodes.new(node)
+    tree.links.new(texture.outputs[0], tree.nodes["Background"].inputs["Color"])
+    return texture
+
+
+def gradient_sky() -> None:
+    """A ramp over the height, brighter on one side."""
+    ramp = _sky_of("ShaderNodeValToRGB")
+    tree = ramp.id_data
+    where, axes = tree.nodes.new("ShaderNodeTexCoord"), tree.nodes.new("ShaderNodeSeparateXYZ")
+    tree.links.new(where.outputs["Generated"], axes.inputs[0])
+    tree.links.new(axes.outputs["Z"], ramp.inputs[0])
+    strength = tree.nodes.new("ShaderNodeMath")
+    strength.operation = "MULTIPLY_ADD"
+    strength.inputs[1].default_value, strength.inputs[2].default_value = 0.8, 1.0
+    tree.links.new(axes.outputs["X"], strength.inputs[0])
+    tree.links.new(strength.outputs[0], tree.nodes["Background"].inputs["Strength"])
+    ramp.color_ramp.elements[0].color = (0.2, 0.5, 1.0, 1)
+    ramp.color_ramp.elements[1].color, ramp.color_ramp.elements[1].position = (1.0, 0.4, 0.1, 1), 0.6
+    ramp.color_ramp.elements.new(0.3).color = (0.1, 0.9, 0.2, 1)
+
+
+def sky_texture() -> None:
+    """Blender's own sky with its sun, low."""
+    texture = _sky_of("ShaderNodeTexSky")
+    texture.sky_type = "SINGLE_SCATTERING" if bpy.app.version >= (5, 0, 0) else "NISHITA"
+    texture.sun_elevation, texture.sun_rotation = 0.5, 0.8
+    bpy.context.scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.1
+
+
 def _squares() -> None:
     for x, y, color in ((1, 1, (1, 0, 0, 1)), (-1, 1, (0, 1, 0, 1)), (-1, -1, (0, 0, 1, 1))):
         thing = plane(1.5, location=(x, y, 0.3 * x))
@@ -133,6 +168,8 @@ SHOTS: dict[str, Callable[[], Any]] = {
     "sun": sun,
     "mesh light": mesh_light,
     "hdri": hdri,
+    "gradient sky": gradient_sky,
+    "sky texture": sky_texture,
     "shifted camera": shifted_camera,
     "parallel camera": parallel_camera,
 }

@@ -1,4 +1,4 @@
-"""Run by a Python with bpy: ENGINE SHOT SAMPLES SEEDS FOLDER [GRID SCALE] writes FOLDER/ENGINE-<seed>.exr."""
+"""Run by a Python with bpy: ENGINE SHOT SAMPLES SEEDS FOLDER [GRID [SCALE]] makes FOLDER/ENGINE-SEED.exr."""
 
 from __future__ import annotations
 
@@ -25,7 +25,9 @@ def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: s
     """Render with every seed."""
     blender_addon.register()
     scene = shots.new_scene(engine)
-    if grid:
+    if shot == "clouds":
+        shots.clouds(grid[0])
+    elif grid:
         shots.cloud(grid[0], float(grid[1]))
     else:
         SHOTS[shot]()

@@ -19,6 +19,7 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 import shots  # noqa: E402
 import tyndall  # noqa: E402
 from cases_caches_and_grids import CASES as CASES_OF_GRIDS  # noqa: E402
+from cases_wishes import CASES as CASES_OF_WISHES  # noqa: E402
 from still_life import render, still_life  # noqa: E402
 from tyndall.messages import Messages  # noqa: E402
 
@@ -226,7 +227,10 @@ def again(folder: Path) -> dict[str, Any]:
 
 
 _ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)
-CASES = {f.__name__: f for f in (*_ALL, *CASES_OF_GRIDS, time_limit, edits, viewport, speed, again)}
+CASES = {
+    f.__name__: f
+    for f in (*_ALL, *CASES_OF_GRIDS, *CASES_OF_WISHES, time_limit, edits, viewport, speed, again)
+}
 
 code = 0
 try:

@@ -142,6 +142,20 @@ def cloud(path: str, scale: float = 1.0) -> Any:
     return thing
 
 
+def clouds(path: str) -> None:
+    """A grid in a collection, placed twice: turned, and scaled unevenly."""
+    thing = cloud(path)
+    kept = bpy.data.collections.new("Clouds")
+    kept.objects.link(thing)
+    bpy.context.scene.collection.objects.unlink(thing)
+    for location, rotation, scale in (
+        ((-1, 0, 0), (0, 0, 0.5), (1, 1, 1)),
+        ((1, 0.5, 0.3), (0.4, 0, 0), (0.8, 1.2, 0.6)),
+    ):
+        empty = place("Place", None, location, rotation)
+        empty.instance_type, empty.instance_collection, empty.scale = "COLLECTION", kept, scale
+
+
 def ball(node: str = "ShaderNodeBsdfPrincipled", **inputs: Any) -> Any:
     """A smooth ball of a material on a floor under a sky and a lamp."""
     bpy.ops.mesh.primitive_uv_sphere_add(segments=64, ring_count=32, location=(0, 0, 1))

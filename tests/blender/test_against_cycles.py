@@ -33,7 +33,7 @@ _FEW = frozenset(
 )
 _EXACT = (
     *("point", "sphere", "spot", "area", "ellipse", "spread", "sun", "mesh light"),
-    *("hdri", "shifted camera", "parallel camera"),
+    *("hdri", "gradient sky", "sky texture", "shifted camera", "parallel camera"),
     *("cube", "absorption colour", "black body", "scatter and absorption", "coefficients", "overlap"),
     *("noise", "noise 4D", "voronoi", "gradient", "wave", "coloured noise", "glowing ball"),
     *("world fog", "plastic", "matte", "metal", "glossy", "glass", "half there", "glowing"),
@@ -82,9 +82,9 @@ def test_means(shot: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("scale", ["1.0", "1.7"])
-def test_grid(scale: str, tmp_path: Path) -> None:
-    """A cloud in a file; in object space, scaling it does not make it thicker."""
+@pytest.mark.parametrize("arguments", [("cloud", "1.0"), ("cloud", "1.7"), ("clouds",)], ids=" ".join)
+def test_grid(arguments: tuple[str, ...], tmp_path: Path) -> None:
+    """A cloud in a file; in object space, scaling it does not make it thicker, be it an instance or not."""
     tyndall = pytest.importorskip("tyndall")
     axis = np.linspace(-1.0, 1.0, 24)
     x, y, z = np.meshgrid(axis, axis, axis, indexing="ij")
@@ -92,4 +92,5 @@ def test_grid(scale: str, tmp_path: Path) -> None:
     density = np.clip(1.2 - 1.5 * np.sqrt(x**2 + y**2 + 2 * z**2) + bumps, 0, None)
     path = tmp_path / "cloud.vdb"
     tyndall.write_vdb(path, "density", density.astype(np.float32), 2.0 / 23, (-1.0, -1.0, -1.0))
-    assert_agrees("cloud", tmp_path, str(path), scale)
+    shot, *scale = arguments
+    assert_agrees(shot, tmp_path, str(path), *scale)

@@ -100,6 +100,39 @@ def test_unknown_nodes_are_named(tmp_path: Path) -> None:
     assert "Noise Texture" in seen["report"]
 
 
+def test_what_cannot_be_rendered_is_named(tmp_path: Path) -> None:
+    seen = play("wishes_in_vain", tmp_path)
+    assert seen["said"] == "FINISHED"
+    for what in (
+        *(
+            "stereoscopy",
+            "without volumes",
+            "the AOV 'mask'",
+            "the light group 'key'",
+            "holdouts",
+            "glossy rays",
+        ),
+        *("camera (by its collection)", "light linking", "hair", "diffuse rays", "panoramic"),
+    ):
+        assert what in seen["report"], (what, seen["report"])
+
+
+def test_view_layers_and_worlds_have_their_way(tmp_path: Path) -> None:
+    assert play("layer_overrides", tmp_path)["said"] == ["FINISHED"] * 4
+    images = {
+        name: exr.read_rgb(tmp_path / f"{name}.exr") for name in ("scene", "material", "dark", "unseen")
+    }
+    headers = {name: exr.read_header(tmp_path / f"{name}.exr") for name in images}
+    assert {header["tyndall:samples"] for header in headers.values()} == {"2"}
+    ball = np.s_[8:16, 12:20]
+    assert images["scene"][ball].mean(axis=(0, 1))[0] > images["scene"][ball].mean(axis=(0, 1))[2]
+    np.testing.assert_allclose(images["material"][ball], np.broadcast_to([0, 0, 1], (8, 8, 3)), atol=1e-6)
+    assert (images["dark"] == 0).all()
+    assert images["scene"][0].min() > 0.1
+    assert (images["unseen"][0] == 0).all(), "the camera does not see the sky"
+    assert images["unseen"][ball].mean() > 0.05, "it shines all the same"
+
+
 def test_the_time_limit_ends_a_render(tmp_path: Path) -> None:
     seen = play("time_limit", tmp_path)
     assert seen["said"] == "FINISHED"

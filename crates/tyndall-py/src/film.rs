@@ -2,17 +2,18 @@
 
 use crate::checkpoint::replace;
 use crate::error::{FileError, RenderError, SettingsError, guarded};
-use numpy::{PyArray3, PyArrayMethods, ToPyArray};
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::Arc;
 use tyndall_render::aov::{self, Precision};
 use tyndall_render::{GuideState, SavedFilm};
 
 /// An image with its AOVs.
 #[pyclass(frozen, module = "tyndall")]
 pub(crate) struct Film {
-    pub(crate) film: tyndall_render::Film,
+    pub(crate) film: Arc<tyndall_render::Film>,
     /// What the guides of a checkpoint's render had learned.
     pub(crate) guide: Option<GuideState>,
     pixel_aspect: f32,
@@ -21,7 +22,7 @@ pub(crate) struct Film {
 }
 
 impl Film {
-    pub(crate) fn new(film: tyndall_render::Film, pixel_aspect: f32, was_interrupted: bool) -> Self {
+    pub(crate) fn new(film: Arc<tyndall_render::Film>, pixel_aspect: f32, was_interrupted: bool) -> Self {
         Self { film, guide: None, pixel_aspect, was_interrupted }
     }
 }
@@ -36,7 +37,7 @@ impl Film {
             tyndall_render::Film::read_state(&bytes).map_err(|e| format!("{}: {e}", path.display()))
         })?;
         let SavedFilm { film, description, guide } = read.map_err(FileError::new_err)?;
-        Ok((Self { guide, ..Self::new(film, 1.0, false) }, description))
+        Ok((Self { guide, ..Self::new(Arc::new(film), 1.0, false) }, description))
     }
 
     /// Writes all that is known of the samples, for `joined`.
@@ -48,15 +49,15 @@ impl Film {
     /// This film with the samples of `following`, which begin where its own end.
     fn joined(&self, py: Python<'_>, following: &Self) -> PyResult<Self> {
         let joined = guarded(py, || {
-            let mut film = self.film.clone();
-            film.append(&following.film).map(|()| film)
+            let mut film = Arc::clone(&self.film);
+            Arc::make_mut(&mut film).append(&following.film).map(|()| film)
         })?;
         Ok(Self::new(joined.map_err(RenderError::new_err)?, self.pixel_aspect, false))
     }
 
     /// This film with pixels so many times as wide as high.
     fn with_pixel_aspect(&self, pixel_aspect: f32) -> Self {
-        Self::new(self.film.clone(), pixel_aspect, self.was_interrupted)
+        Self::new(Arc::clone(&self.film), pixel_aspect, self.was_interrupted)
     }
 
     /// Indices of the samples that every pixel has: the first, and the one after the last.
@@ -91,10 +92,10 @@ impl Film {
 
     /// The AOV as an array of shape (height, width, channels), float32, row 0 on top.
     fn aov<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyArray3<f32>>> {
-        let image = self.film.image(name).map_err(SettingsError::new_err)?;
+        let image = guarded(py, || self.film.image(name))?.map_err(SettingsError::new_err)?;
         let channels = aov::find(name).map_err(SettingsError::new_err)?.channels.len();
         let shape = [self.film.height() as usize, self.film.width() as usize, channels];
-        image.to_pyarray(py).reshape(shape)
+        image.into_pyarray(py).reshape(shape)
     }
 
     /// Writes a multi-layer `.exr`, or a `.png` of `rgba` through the default view transform.

@@ -7,6 +7,7 @@ use crate::error::{FileError, RenderError, SceneError, SettingsError, guarded};
 use crate::field::Field;
 use crate::film::Film;
 use crate::prims::from_json;
+use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
@@ -49,25 +50,30 @@ pub(crate) struct Session {
     preview: Preview,
 }
 
-/// The image while it is being made.
+/// The picture while it is being made: without what it is made of, which is ten times as large.
 #[derive(Default)]
 struct Preview {
     is_wanted: AtomicBool,
-    film: Mutex<Option<tyndall_render::Film>>,
+    /// Samples that every pixel has, and `rgba`.
+    picture: Mutex<Option<(u32, Vec<f32>)>>,
 }
 
 impl Preview {
-    /// A pass has ended. Copies are made only if somebody looks.
+    /// A pass has ended. Pictures are made only if somebody looks, and if no pixel is missing.
     fn show(&self, film: &tyndall_render::Film) {
-        if self.is_wanted.swap(false, Ordering::Relaxed) {
-            self.film.lock().unwrap_or_else(PoisonError::into_inner).replace(film.clone());
+        let samples = film.min_samples();
+        if samples > 0
+            && self.is_wanted.swap(false, Ordering::Relaxed)
+            && let Ok(image) = film.image("rgba")
+        {
+            self.picture.lock().unwrap_or_else(PoisonError::into_inner).replace((samples, image));
         }
     }
 
-    fn take(&self) -> Option<tyndall_render::Film> {
-        let film = self.film.lock().unwrap_or_else(PoisonError::into_inner).take();
+    fn take(&self) -> Option<(u32, Vec<f32>)> {
+        let picture = self.picture.lock().unwrap_or_else(PoisonError::into_inner).take();
         self.is_wanted.store(true, Ordering::Relaxed);
-        film
+        picture
     }
 }
 
@@ -190,11 +196,14 @@ impl Session {
         self.checkpoint_failure.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// While a render runs: the image after a pass that ended since the last call; None if there was none. Each call
-    /// asks for the next one, so begin with a call before the render.
-    fn preview(&self) -> Option<Film> {
-        let film = self.preview.take()?;
-        Some(Film::new(film, self.session.settings().pixel_aspect, true))
+    /// While a render runs: after a pass that ended since the last call, the samples that every pixel has and `rgba`,
+    /// float32, shape (height, width, 4), row 0 on top; None if there was none. Each call asks for the next one, so begin
+    /// with a call before the render.
+    fn preview<'py>(&self, py: Python<'py>) -> PyResult<Option<(u32, Bound<'py, PyArray3<f32>>)>> {
+        let Some((samples, image)) = self.preview.take() else { return Ok(None) };
+        let [width, height] = self.session.settings().resolution;
+        let array = image.into_pyarray(py).reshape([height as usize, width as usize, 4])?;
+        Ok(Some((samples, array)))
     }
 
     /// The image so far; waits for the end of a render that runs.
@@ -274,7 +283,7 @@ impl Session {
             });
             let watched = self.watch(py, control, progress, start, &finished);
             if watched.is_err() {
-                control.stop();
+                control.cancel();
             }
             let joined = py.detach(|| worker.join());
             let was_left_alone = watched?;
@@ -312,7 +321,7 @@ impl Session {
                 let answer = callback.call1((self.progress(control, start),))?;
                 if answer.extract::<bool>().is_ok_and(|goes_on| !goes_on) {
                     was_left_alone = false;
-                    control.stop();
+                    control.cancel();
                 }
             }
         }

@@ -21,6 +21,7 @@ pub(crate) use tile::Tile;
 use crate::aov::{self, Aov};
 use layout::SumLayout;
 use noise::NoiseMap;
+use rayon::prelude::*;
 
 /// Pixels along the edge of a tile. Small enough that cancelling waits a few milliseconds, large enough that handing
 /// out tiles costs nothing.
@@ -141,14 +142,19 @@ impl Film {
             format!("AOV {name:?} was not rendered; this film has {}", has.join(", "))
         })?;
         let channels = aov.channels.len();
-        let mut image = vec![0.0; self.width as usize * self.height as usize * channels];
-        for tile in &self.tiles {
-            for index in 0..tile.len() {
-                let (x, y) = tile.pixel(index);
-                let at = (y as usize * self.width as usize + x as usize) * channels;
-                image[at..at + channels].copy_from_slice(&tile.value(aov, index)[..channels]);
+        let row = self.width as usize * channels;
+        let mut image = vec![0.0; row * self.height as usize];
+        let across = self.width.div_ceil(TILE_SIZE).max(1) as usize;
+        let strips = image.par_chunks_mut((row * TILE_SIZE as usize).max(1));
+        strips.zip(self.tiles.par_chunks(across)).for_each(|(strip, tiles)| {
+            for tile in tiles {
+                for index in 0..tile.len() {
+                    let (x, y) = tile.pixel(index);
+                    let at = (y - tile.y0) as usize * row + x as usize * channels;
+                    strip[at..at + channels].copy_from_slice(&tile.value(aov, index)[..channels]);
+                }
             }
-        }
+        });
         Ok(image)
     }
 

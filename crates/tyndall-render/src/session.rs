@@ -43,6 +43,7 @@ pub enum SessionError {
 #[derive(Debug, Default)]
 pub struct Control {
     stop: AtomicBool,
+    cancel: AtomicBool,
     samples: AtomicU64,
     passes: AtomicU64,
     learning: Stopwatch,
@@ -59,12 +60,19 @@ impl Control {
         self.learning.total()
     }
 
-    /// Asks the render to end soon; what has been done is kept.
+    /// Asks the render to end soon; what has been done is kept. A pass that is cut off teaches nothing.
     pub fn stop(&self) {
         self.stop.store(true, Ordering::Relaxed);
     }
 
-    /// Whether [`Self::stop`] was called.
+    /// Asks the render to end at once: somebody is waiting. What has been done is kept; not even a pass that was just
+    /// completed teaches, because learning takes longer than people care to wait.
+    pub fn cancel(&self) {
+        self.cancel.store(true, Ordering::Relaxed);
+        self.stop();
+    }
+
+    /// Whether the render is to end, soon or at once.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -85,7 +93,8 @@ pub struct Session {
     world: Arc<World>,
     settings: RenderSettings,
     pool: rayon::ThreadPool,
-    film: Mutex<Film>,
+    /// Shared with those who look at it between two renders: copies are large.
+    film: Mutex<Arc<Film>>,
     /// The samples to be rendered.
     range: Range<u32>,
     learns: bool,
@@ -112,7 +121,7 @@ impl Session {
             .map_err(|e| SessionError::Threads { threads: settings.threads, why: e.to_string() })?;
         let range = 0..settings.samples;
         let learns = RenderGuide::new(&film, &settings, world.has_media()).learns();
-        let film = Mutex::new(film);
+        let film = Mutex::new(Arc::new(film));
         let (statistics, guide, memory) = (Mutex::default(), Mutex::default(), Mutex::default());
         Ok(Self { world, settings, pool, film, range, learns, statistics, guide, memory })
     }
@@ -139,7 +148,7 @@ impl Session {
         }
         let [width, height] = self.settings.resolution;
         let film = Film::starting_at(start, width, height, &self.settings.aovs);
-        self.film = Mutex::new(film.map_err(SessionError::Film)?);
+        self.film = Mutex::new(Arc::new(film.map_err(SessionError::Film)?));
         self.range = start..end;
         Ok(self)
     }
@@ -156,7 +165,7 @@ impl Session {
         if fitting.is_none() && self.learns && earlier.total_samples() > 0 {
             return Err(SessionError::Film("it does not keep what guides had learned".to_owned()));
         }
-        film.append(earlier).map_err(SessionError::Film)?;
+        Arc::make_mut(&mut film).append(earlier).map_err(SessionError::Film)?;
         *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = fitting.map(|state| state.0.clone());
         Ok(())
     }
@@ -175,9 +184,10 @@ impl Session {
     pub fn render_watched(&self, control: &Control, after_pass: &mut dyn FnMut(Snapshot<'_>)) {
         let integrator = Integrator::new(&self.world, &self.settings);
         let mut film = self.film.lock().unwrap_or_else(PoisonError::into_inner);
+        let film = Arc::make_mut(&mut film);
         let earlier = self.guide.lock().unwrap_or_else(PoisonError::into_inner).take();
         let mut guide = earlier.unwrap_or_else(|| {
-            let mut guide = self.fresh_guide(&film);
+            let mut guide = self.fresh_guide(film);
             guide.recall(&mut self.memory.lock().unwrap_or_else(PoisonError::into_inner));
             guide
         });
@@ -185,20 +195,18 @@ impl Session {
         let mut done = film.next_sample();
         while done < self.range.end && !film.is_clean(done) && !control.is_stopped() {
             let target = leaf_end(done).min(self.range.end);
-            let image: &mut Film = &mut film;
             guide.begin_pass(done, target);
-            let pass = self.pool.install(|| render_pass(&integrator, image, target, &guide, control));
-            if !pass.lessons.is_empty() {
-                control.learning.time(|| self.pool.install(|| guide.learn(image, pass.lessons)));
+            let pass = self.pool.install(|| render_pass(&integrator, film, target, &guide, control));
+            if !pass.lessons.is_empty() && !control.cancel.load(Ordering::Relaxed) {
+                control.learning.time(|| self.pool.install(|| guide.learn(film, pass.lessons)));
             }
             self.statistics.lock().unwrap_or_else(PoisonError::into_inner).merge(&pass.statistics);
             if film.next_sample() == target {
-                let image: &mut Film = &mut film;
                 let threshold = f64::from(self.settings.noise_threshold);
-                self.pool.install(|| image.update_noise(target, threshold));
+                self.pool.install(|| film.update_noise(target, threshold));
             }
             control.passes.fetch_add(1, Ordering::Relaxed);
-            after_pass(Snapshot::new(&film, &guide));
+            after_pass(Snapshot::new(film, &guide));
             done = target;
         }
         *self.guide.lock().unwrap_or_else(PoisonError::into_inner) = Some(guide);
@@ -222,9 +230,9 @@ impl Session {
         self.learns
     }
 
-    /// A copy of the image so far.
-    pub fn film(&self) -> Film {
-        self.film.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    /// The image so far; waits for the end of a render that runs.
+    pub fn film(&self) -> Arc<Film> {
+        Arc::clone(&self.film.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Counts of what the paths did.
@@ -311,6 +319,10 @@ impl Pass<'_> {
     fn render(&self, tile: &mut Tile, is_clean: &impl Fn(u32, u32, u32) -> bool) -> TileOutcome {
         let mut statistics = PathStatistics::default();
         let mut lessons = self.guide.lessons(tile, self.first, self.target);
+        // Memory for the sums of a tile is not free; after a stop there are thousands of tiles to come.
+        if self.control.is_stopped() {
+            return TileOutcome { statistics, lessons, is_complete: false };
+        }
         let mut scratch = self.integrator.scratch();
         let mut number = 0;
         let first = tile.begin(self.target);

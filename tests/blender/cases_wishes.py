@@ -1,0 +1,66 @@
+"""Cases of `run_engine.py`: what view layers, worlds and objects ask for beside the objects themselves."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import bpy
+import shots
+from still_life import render, still_life
+
+from blender_addon import messages
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def wishes_in_vain(folder: Path) -> dict[str, Any]:
+    """All that is not rendered, at once."""
+    scene = still_life(folder)
+    layer = scene.view_layers[0]
+    ball, cube, lamp = (scene.objects[name] for name in ("Sphere", "Cube", "AREA"))
+    layer.use_volumes = False
+    layer.aovs.add().name = "mask"
+    layer.lightgroups.add(name="key")
+    scene.render.use_multiview = True
+    ball.is_holdout = True
+    ball.visible_glossy = False
+    hidden = bpy.data.collections.new("Hidden")
+    scene.collection.children.link(hidden)
+    hidden.objects.link(cube)
+    layer.layer_collection.children["Hidden"].indirect_only = True
+    lamp.light_linking.receiver_collection = hidden
+    hair = ball.modifiers.new("Hair", "PARTICLE_SYSTEM").particle_system.settings
+    hair.type, hair.count = "HAIR", 2
+    scene.world.cycles_visibility.diffuse = False
+    scene.camera.data.type = "PANO"
+    return {"said": render(), "report": messages.last(scene.name).text()}
+
+
+def layer_overrides(folder: Path) -> dict[str, Any]:
+    """A view layer with samples of its own; then with a material; without a sky; with one unseen."""
+    scene = still_life(folder)
+    layer = scene.view_layers[0]
+    layer.samples = 2
+    for name in ("Cube", "AREA"):
+        bpy.data.objects.remove(scene.objects[name])
+    glow = shots.material(shots.plane(0.1, location=(0, 0, -50)), "ShaderNodeEmission", Color=(0, 0, 1, 1))
+    shown = next(m for m in bpy.data.materials if m.node_tree == glow.id_data)
+    said = [_save(scene, f"{folder}/scene")]
+    layer.material_override = shown
+    said.append(_save(scene, f"{folder}/material"))
+    layer.material_override = None
+    layer.use_sky = False
+    said.append(_save(scene, f"{folder}/dark"))
+    layer.use_sky = True
+    scene.world.cycles_visibility.camera = False
+    said.append(_save(scene, f"{folder}/unseen"))
+    return {"said": said}
+
+
+def _save(scene: Any, path: str) -> str:
+    scene.render.filepath = path
+    return render()
+
+
+CASES = (wishes_in_vain, layer_overrides)
