@@ -224,9 +224,10 @@ def test_auto_finds_out_whether_directions_pay(tmp_path: Path) -> None:
         session = of.session(spp=128, max_bounces=BOUNCES)
         session.render()
         trials[folder.name] = session.statistics["guide"]["trial"]
-    assert trials["bounced"]["guided"], trials
-    assert trials["bounced"]["error"] < 0.6, trials
-    assert not trials["fog"]["guided"], trials
+    assert trials["bounced"]["chosen"] == {"directions": True, "odds": False}, trials
+    assert trials["bounced"]["arms"][0]["error"] < 0.6, trials
+    assert trials["fog"]["chosen"] == {"directions": False, "odds": False}, trials
+    assert len(trials["fog"]["arms"]) == 3
 
 
 def test_auto_learns_nothing_where_that_cannot_pay(shot: Shot) -> None:

@@ -236,6 +236,7 @@ impl Session {
             "surfaceEvents": paths.surface_events,
             "volumeEvents": paths.volume_events,
             "guidedEvents": paths.guided_events,
+            "guidedSegments": paths.guided_segments,
             "candidates": paths.walks.candidates,
             "candidatesPerRay": paths.walks.candidates as f64 / paths.rays().max(1) as f64,
             "densityLookups": paths.walks.lookups,

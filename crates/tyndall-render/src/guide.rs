@@ -3,22 +3,25 @@
 //! A pass looks up guides that are frozen; what its paths teach is merged after it, tile by tile in a fixed order, so
 //! that nothing depends on threads.
 
+mod arm;
 mod memory;
 mod state;
 mod statistics;
 mod trial;
 
+pub use arm::Arm;
 pub use state::GuideState;
 pub use statistics::{FieldSize, GuideStatistics};
-pub use trial::TrialResult;
+pub use trial::{ArmResult, TrialResult};
 
 use crate::film::{Film, Tile};
 use crate::path::{Guides, PathSample, PathStatistics};
+use serde::{Deserialize, Serialize};
 use trial::TileTrial;
 use tyndall_guiding::field::{Field, FieldSettings, TrainingSample};
 use tyndall_guiding::image_space::ImageGuide;
-use tyndall_guiding::{ClassCosts, EventClass, Moments, Strategy};
-use tyndall_scene::{DistanceSampling, Guiding, RenderSettings};
+use tyndall_guiding::{ClassCosts, EventClass, Moments};
+use tyndall_scene::RenderSettings;
 
 /// Samples a pixel after which nothing more is learned, those of earlier renders of the same scene included: what the last passes could still teach would guide too few.
 const LAST_LESSON: u32 = 128;
@@ -40,13 +43,17 @@ const MAX_LOBES: u32 = 8;
 /// The guides of one render.
 #[derive(Debug, Clone)]
 pub(crate) struct RenderGuide {
+    /// For the odds of camera rays.
     camera: Option<ImageGuide>,
+    /// For directions, and for the odds of all other segments.
     field: Option<Field>,
-    followers: Followers,
+    phase: Phase,
+    /// What there is to choose from.
+    arms: Vec<Arm>,
     trial: Option<TrialResult>,
-    /// A field of earlier renders that did not pay in this one: it may well pay in theirs.
-    set_aside: Option<Field>,
-    /// Whether the field knew something before this render.
+    /// Guides of earlier renders that did not pay in this one: they may well pay in theirs.
+    set_aside: SetAside,
+    /// Whether the guides knew something before this render.
     is_recalled: bool,
     /// Lessons so far.
     epoch: u32,
@@ -56,15 +63,21 @@ pub(crate) struct RenderGuide {
     has_learned: bool,
 }
 
-/// Which pixels' paths the field guides.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Followers {
-    /// All of them, or all from the end of the trial on.
-    All,
-    /// None yet: it learns for a trial.
-    None,
-    /// Those of the trial.
+/// How far the decision about what guides the paths is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+enum Phase {
+    /// Guides learn for a trial; paths have the plainest arm.
+    Learning,
+    /// Some pixels try each arm.
     Trial,
+    /// All paths have this one.
+    Decided(Arm),
+}
+
+#[derive(Debug, Clone, Default)]
+struct SetAside {
+    camera: Option<ImageGuide>,
+    field: Option<Field>,
 }
 
 /// What the paths of one tile teach in one pass.
@@ -79,37 +92,24 @@ pub(crate) struct TileLessons {
 impl RenderGuide {
     /// What the settings ask for in a scene with or without media.
     pub(crate) fn new(film: &Film, settings: &RenderSettings, has_media: bool) -> Self {
-        let strategy = match settings.distance_sampling {
-            DistanceSampling::Odds => Some(Strategy::Odds),
-            DistanceSampling::Target => Some(Strategy::Target),
-            DistanceSampling::Nds => Some(Strategy::Normalized),
-            DistanceSampling::NdsPlus => Some(Strategy::NormalizedPlus),
-            // `Auto` would have to measure what pays; until it does, tracking is the better bet.
-            DistanceSampling::Auto | DistanceSampling::Delta => None,
-        };
+        let arms = Arm::candidates(settings, has_media);
+        let phase = if arms.len() > 1 { Phase::Learning } else { Phase::Decided(arms[0]) };
         let [width, height] = [film.width() as usize, film.height() as usize];
-        let strategy = strategy.filter(|_| has_media);
+        let strategy = arm::strategy(settings).filter(|_| arms.iter().any(|arm| arm.odds));
         let camera = strategy.map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
-        // With one event there is direct light only, and nothing to be guided.
-        let has_indirect_light = settings.max_bounces > 1;
-        let followers = match settings.guiding {
-            Guiding::On => Some(Followers::All),
-            Guiding::Auto if settings.samples >= trial::FEWEST_SAMPLES => Some(Followers::None),
-            Guiding::Auto | Guiding::Off => None,
-        };
+        let needs_field = arms.iter().any(|arm| arm.needs_field(settings));
         let field_settings = FieldSettings { max_lobes: MAX_LOBES, ..FieldSettings::default() };
-        let field = followers.filter(|_| has_indirect_light).map(|_| Field::new(field_settings));
-        let followers = followers.unwrap_or(Followers::All);
-        let last_lesson = LAST_LESSON;
+        let field = needs_field.then(|| Field::new(field_settings));
         Self {
             camera,
             field,
-            followers,
+            phase,
+            arms,
             trial: None,
-            set_aside: None,
+            set_aside: SetAside::default(),
             is_recalled: false,
             epoch: 0,
-            last_lesson,
+            last_lesson: LAST_LESSON,
             has_learned: false,
         }
     }
@@ -117,8 +117,8 @@ impl RenderGuide {
     /// A pass that takes all pixels from `first` to `end` samples comes next.
     pub(crate) fn begin_pass(&mut self, first: u32, end: u32) {
         let is_time = first >= trial::FIRST_SAMPLE && end - first >= 2 && self.epoch > 0;
-        if self.followers == Followers::None && is_time {
-            self.followers = Followers::Trial;
+        if self.phase == Phase::Learning && is_time {
+            self.phase = Phase::Trial;
         }
     }
 
@@ -132,37 +132,52 @@ impl RenderGuide {
         self.field.as_ref()
     }
 
+    /// What guides the paths of a pixel, and its number among the arms.
+    #[inline]
+    fn arm(&self, [x, y]: [u32; 2]) -> (usize, Arm) {
+        match self.phase {
+            Phase::Learning => (0, self.arms[0]),
+            Phase::Trial => {
+                let number = trial::arm_of(x, y, self.arms.len());
+                (number, self.arms[number])
+            }
+            Phase::Decided(arm) => (0, arm),
+        }
+    }
+
     /// What paths through a pixel are told.
     #[inline]
     pub(crate) fn lookup(&self, [x, y]: [u32; 2]) -> Guides<'_> {
+        let (number, arm) = self.arm([x, y]);
+        let camera = self.camera.as_ref().filter(|_| arm.odds);
         Guides {
-            camera: self.camera.as_ref().map(|camera| camera.lookup(x as i32, y as i32)),
-            field: self.field.as_ref().filter(|_| match self.followers {
-                Followers::All => true,
-                Followers::None => false,
-                Followers::Trial => trial::is_guided(x, y),
-            }),
-            further: self.camera.as_ref().map(ImageGuide::further_segments),
-            epoch: self.epoch,
+            arm: number,
+            camera: camera.map(|camera| camera.lookup(x as i32, y as i32)),
+            field: self.field.as_ref().filter(|_| !arm.is_empty()),
+            directs: arm.directions,
+            learns_choice: self.camera.is_some(),
+            further: camera.map(ImageGuide::further_segments),
+            // Paths that are told nothing may stay stratified against those before them.
+            epoch: if arm.is_empty() { 0 } else { self.epoch },
         }
     }
 
     /// Room for what a tile teaches in a pass from `first` to `target` samples a pixel; `None` if nothing is to be learned.
     pub(crate) fn lessons(&self, tile: &Tile, first: u32, target: u32) -> Option<TileLessons> {
-        let is_trial = self.followers == Followers::Trial;
+        let is_trial = self.phase == Phase::Trial;
         let learns = target <= self.last_lesson && self.learns();
         let n_moments = if learns && self.camera.is_some() { tile.len() } else { 0 };
         (learns || is_trial).then(|| TileLessons {
             moments: vec![Moments::default(); n_moments],
             costs: ClassCosts::default(),
             training: Vec::new(),
-            trial: is_trial.then(|| TileTrial::new(tile, first, target)),
+            trial: is_trial.then(|| TileTrial::new(tile, first, target, self.arms.len())),
         })
     }
 
     /// Of every how many samples of a pass one teaches the field; 0 if none does.
     pub(crate) fn teaching_stride(&self, pass_samples: u64) -> u64 {
-        let teaches = self.field.is_some() && self.followers != Followers::Trial;
+        let teaches = self.field.is_some() && self.phase != Phase::Trial;
         let stride = pass_samples.div_ceil(FEW_PATHS).clamp(1, TEACHING_STRIDE);
         if teaches { pass_samples.div_ceil(TEACHING_PATHS).max(stride) } else { 0 }
     }
@@ -179,16 +194,27 @@ impl RenderGuide {
             let learned = camera.learn(&pass, &costs);
             debug_assert!(learned.is_ok());
         }
-        if self.followers == Followers::Trial {
-            let result = trial::decide(film, lessons.iter().filter_map(|of_tile| of_tile.trial.as_ref()));
-            self.trial = Some(result);
-            self.followers = Followers::All;
-            if !result.guided {
-                self.set_aside = self.field.take().filter(|_| self.is_recalled);
-            }
+        if self.phase == Phase::Trial {
+            let of_tiles = lessons.iter().filter_map(|of_tile| of_tile.trial.as_ref());
+            self.decide(trial::decide(film, &self.arms, of_tiles));
         } else if let Some(field) = &mut self.field {
             let samples: Vec<_> = lessons.into_iter().flat_map(|of_tile| of_tile.training).collect();
             field.update(&samples);
+        }
+    }
+}
+
+impl RenderGuide {
+    /// Keeps the guides that the arm chosen needs.
+    fn decide(&mut self, result: TrialResult) {
+        let arm = result.chosen;
+        self.phase = Phase::Decided(arm);
+        self.trial = Some(result);
+        if !arm.odds {
+            self.set_aside.camera = self.camera.take().filter(|_| self.is_recalled);
+        }
+        if arm.is_empty() {
+            self.set_aside.field = self.field.take().filter(|_| self.is_recalled);
         }
     }
 }
@@ -219,11 +245,12 @@ impl TileLessons {
         statistics: &PathStatistics,
     ) {
         if let Some(trial) = &mut self.trial {
-            trial.add(index, sample, path, told.field.is_some(), statistics);
+            trial.add(index, sample, path, told.arm, statistics);
         }
-        let (Some(learned), Some(camera)) = (&path.learned, &told.camera) else { return };
+        let Some(learned) = &path.learned else { return };
         let Some(moments) = self.moments.get_mut(index) else { return };
-        moments.add(&learned.sample, camera.outlier_limit());
+        let limit = told.camera.map_or(f32::INFINITY, |camera| camera.outlier_limit());
+        moments.add(&learned.sample, limit);
         let costs = match learned.sample.class {
             EventClass::Volume => &mut self.costs.volume,
             EventClass::Surface => &mut self.costs.surface,

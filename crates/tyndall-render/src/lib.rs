@@ -14,7 +14,7 @@ mod world;
 
 pub use camera::{CameraModel, CameraRay};
 pub use film::{Film, SAMPLE_GRID, SavedFilm, StateError, TILE_SIZE};
-pub use guide::{FieldSize, GuideState, GuideStatistics, TrialResult};
+pub use guide::{Arm, ArmResult, FieldSize, GuideState, GuideStatistics, TrialResult};
 pub use path::PathStatistics;
 pub use session::{Control, Session, SessionError, Snapshot};
 pub use world::{World, WorldCache, WorldError, WorldSummary};

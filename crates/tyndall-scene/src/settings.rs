@@ -18,7 +18,8 @@ pub enum PixelFilter {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
 pub enum DistanceSampling {
-    /// What pays; until that is measured during the render, by transmittance.
+    /// What pays, which renders of 128 samples a pixel and more find out by trying unless [`Guiding::Off`]; else by
+    /// transmittance.
     #[default]
     Auto,
     /// Volume scattering probability guiding by learned odds.

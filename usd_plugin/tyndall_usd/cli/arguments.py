@@ -304,14 +304,14 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
     add(
         "--distance-sampling",
         choices=_DISTANCE_SAMPLING,
-        help="how camera rays choose where to scatter; auto is delta",
+        help="how rays choose where to scatter; auto tries odds from 128 samples on",
     )
     add(
         "--light-sampling",
         choices=_LIGHT_SAMPLING,
         help="where camera rays sample light in media, with odds and target; default: event",
     )
-    add("--guiding", choices=_GUIDING, help="learn where light comes from; auto is off")
+    add("--guiding", choices=_GUIDING, help="learn where light comes from; auto tries from 128 samples on")
     add("--cache", metavar="FILE", help="keep what guiding learns in this file, for the next frame or render")
     add(
         "--cache-mode",

@@ -16,6 +16,7 @@ impl RenderGuide {
         if let Some(camera) = &mut self.camera {
             if let Some(image) = memory.image.take_if(|image| image.is_like(camera)) {
                 *camera = image;
+                self.is_recalled = true;
                 self.epoch = memory.lessons.max(1);
             } else {
                 misses = true;
@@ -38,15 +39,19 @@ impl RenderGuide {
     /// Puts what was learned into `memory`; what it holds of guides that there were none of stays, and what others had
     /// learned stays if it did not pay here.
     pub(crate) fn remember(&self, memory: &mut Cache) {
-        memory.field = self.field.clone().or_else(|| self.set_aside.clone()).or(memory.field.take());
-        memory.image = self.camera.clone().or(memory.image.take());
+        memory.field = self.field.clone().or_else(|| self.set_aside.field.clone()).or(memory.field.take());
+        memory.image = self.camera.clone().or_else(|| self.set_aside.camera.clone()).or(memory.image.take());
         memory.lessons = memory.lessons.max(self.epoch);
     }
 
     /// Of the first `samples` of a pixel, those that taught every guide that is kept; `None` if nothing was learned in this
     /// render.
     pub(crate) fn taught(&self, samples: u32) -> Option<u32> {
-        let last = if self.set_aside.is_some() { trial::FIRST_SAMPLE } else { self.last_lesson };
+        let last = if self.set_aside.field.is_some() || self.set_aside.camera.is_some() {
+            trial::FIRST_SAMPLE
+        } else {
+            self.last_lesson
+        };
         self.has_learned.then_some(samples.min(last).min(self.last_lesson))
     }
 }
@@ -104,7 +109,7 @@ mod tests {
     fn a_lost_trial_does_not_destroy_what_others_learned() {
         let others = Cache { field: Some(known()), lessons: 7, ..Cache::default() };
         let (guide, memory) = after_lost_trial(others.clone());
-        assert!(guide.trial.is_some_and(|trial| !trial.guided) && guide.field().is_none());
+        assert!(guide.trial.as_ref().is_some_and(|trial| trial.chosen.is_empty()) && guide.field().is_none());
         let samples = |cache: &Cache| cache.field.as_ref().map(|field| field.statistics().n_samples);
         assert_eq!(samples(&memory), samples(&others));
         assert_eq!(guide.taught(256), Some(trial::FIRST_SAMPLE), "it was not taught after the trial began");
@@ -113,7 +118,7 @@ mod tests {
     #[test]
     fn a_lost_trial_forgets_what_it_was_held_for() {
         let (guide, memory) = after_lost_trial(Cache::default());
-        assert!(guide.trial.is_some_and(|trial| !trial.guided));
+        assert!(guide.trial.as_ref().is_some_and(|trial| trial.chosen.is_empty()));
         assert!(memory.field.is_none() && guide.taught(256) == Some(LAST_LESSON));
     }
 }

@@ -5,7 +5,7 @@ use serde::Serialize;
 use tyndall_guiding::field::FieldStatistics;
 
 /// Sizes of the guides of a render; fields of a guide that there is not are absent.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(rename_all = "camelCase")]
 pub struct GuideStatistics {
     /// Passes that something was learned from.
@@ -16,7 +16,7 @@ pub struct GuideStatistics {
     /// The guide of directions.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub field: Option<FieldSize>,
-    /// What trying the field found, if it was tried.
+    /// What trying the guides found, if they were tried.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub trial: Option<TrialResult>,
 }
@@ -58,6 +58,11 @@ impl RenderGuide {
         let image_bytes = self.camera.as_ref().map(|camera| camera.n_bytes());
         let field = self.field.as_ref().map(|field| FieldSize::from(field.statistics()));
         let guides = image_bytes.is_some() || field.is_some() || self.trial.is_some();
-        guides.then_some(GuideStatistics { lessons: self.epoch, image_bytes, field, trial: self.trial })
+        guides.then_some(GuideStatistics {
+            lessons: self.epoch,
+            image_bytes,
+            field,
+            trial: self.trial.clone(),
+        })
     }
 }

@@ -1,25 +1,29 @@
-//! Whether directional guiding pays, by trying it.
+//! Which guides pay, by trying them.
 //!
-//! The field learns from a part of the first passes, which nothing guides. Then one pass guides one pixel in sixteen.
-//! Both kinds of pixels take their samples in two halves, each as stratified as a pass is; the squared difference of the
-//! halves is the variance that an image has, stratification counted in (a guide that lowers the variance of single
-//! samples may well lose that). Guiding stays if error times cost is lower with it, and is forgotten if not.
+//! The guides learn from the first passes, which the plainest arm guides (nothing, if nothing was asked for by name). Then
+//! one pass gives every other arm one pixel in sixteen. All pixels take their samples in two halves, each as stratified as
+//! a pass is; the squared difference of the halves is the variance that an image has, stratification counted in (a guide
+//! that lowers the variance of single samples may well lose that). The arm with the least error times cost stays, if that
+//! is surely less than the plainest's, and guides that it does not use are forgotten.
 //!
-//! Costs are counts of rays and vertices, not seconds: the same settings give the same image on any machine.
+//! Costs are counts of rays, vertices and candidates, not seconds: the same settings give the same image on any machine.
 
+use super::Arm;
 use crate::film::{Film, Tile};
 use crate::path::{PathSample, PathStatistics};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tyndall_math::mean_component;
 
 /// Samples a pixel that teach before the trial, which is the pass after them.
 pub(super) const FIRST_SAMPLE: u32 = 16;
-/// Renders of fewer samples a pixel end before a guide could return what it cost.
-pub(super) const FEWEST_SAMPLES: u32 = 128;
-/// Of every 4 x 4 pixels one is guided.
-const SPACING: u32 = 4;
-/// What asking the field at an event costs, in rays.
-const VERTEX_COST: f64 = 1.0;
+/// Of every 4 x 4 pixels these try the arms after the first.
+const PLACES: [[u32; 2]; 3] = [[1, 2], [3, 0], [1, 0]];
+/// What asking the field for directions at an event costs, in rays.
+const VERTEX_COST: f64 = 2.0;
+/// What asking it for odds on a segment costs, in rays.
+const ODDS_COST: f64 = 0.5;
+/// What a candidate collision costs, in rays.
+const CANDIDATE_COST: f64 = 0.1;
 /// Error times cost must surely fall to this.
 const WORTH_IT: f64 = 0.9;
 /// "Surely": by so many standard errors of the error's ratio.
@@ -29,23 +33,35 @@ const FEWEST_PIXELS: usize = 256;
 /// Pixels with the largest errors, of a thousand, that no arm counts: fireflies would decide.
 const OUTLIERS_PER_MILLE: usize = 5;
 
-/// What a trial found; both are guided over unguided.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+/// What a trial found.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub struct TrialResult {
+    /// All arms but the plainest.
+    pub arms: Vec<ArmResult>,
+    /// What guides the rest of the render.
+    pub chosen: Arm,
+}
+
+/// How an arm compares to the plainest.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub struct ArmResult {
+    /// What it is.
+    pub arm: Arm,
     /// Ratio of the squared errors after equally many samples.
     pub error: f64,
     /// Standard error of that ratio, relative to it.
     pub uncertainty: f64,
     /// Ratio of the costs of a sample.
     pub cost: f64,
-    /// Whether the rest is guided.
-    pub guided: bool,
 }
 
-/// Whether the trial guides this pixel.
-pub(super) fn is_guided(x: u32, y: u32) -> bool {
-    x % SPACING == 1 && y % SPACING == 2
+/// The number of the arm, of `n_arms`, that a pixel tries.
+pub(super) fn arm_of(x: u32, y: u32, n_arms: usize) -> usize {
+    let here = [x % 4, y % 4];
+    let place = PLACES.iter().take(n_arms - 1).position(|&place| place == here);
+    place.map_or(0, |place| place + 1)
 }
 
 /// What the pixels of one tile gave in the trial's pass.
@@ -55,29 +71,62 @@ pub(super) struct TileTrial {
     /// Where the second half begins, and how many samples each has.
     middle: u32,
     half: f64,
-    /// Unguided and guided.
-    costs: [Cost; 2],
-    /// Rays and guided events of the tile before the sample at hand.
-    before: [u64; 2],
+    /// One entry an arm.
+    costs: Vec<Cost>,
+    /// Counts of the tile before the sample at hand.
+    before: Cost,
 }
 
+/// Counts that cost time.
 #[derive(Debug, Clone, Copy, Default)]
 struct Cost {
     paths: u64,
     rays: u64,
     guided_events: u64,
+    guided_segments: u64,
+    candidates: u64,
+}
+
+impl Cost {
+    fn of(statistics: &PathStatistics) -> Self {
+        Self {
+            paths: statistics.paths,
+            rays: statistics.rays(),
+            guided_events: statistics.guided_events,
+            guided_segments: statistics.guided_segments,
+            candidates: statistics.walks.candidates,
+        }
+    }
+
+    /// Adds what there is in `after` beyond `before`.
+    fn add(&mut self, after: &Self, before: &Self) {
+        self.paths += after.paths - before.paths;
+        self.rays += after.rays - before.rays;
+        self.guided_events += after.guided_events - before.guided_events;
+        self.guided_segments += after.guided_segments - before.guided_segments;
+        self.candidates += after.candidates - before.candidates;
+    }
+
+    /// Of a path, in rays.
+    fn mean(&self) -> f64 {
+        let rays = self.rays as f64
+            + VERTEX_COST * self.guided_events as f64
+            + ODDS_COST * self.guided_segments as f64
+            + CANDIDATE_COST * self.candidates as f64;
+        rays / self.paths.max(1) as f64
+    }
 }
 
 impl TileTrial {
     /// Of a pass that takes every pixel of a tile from `first` to `end` samples.
-    pub(super) fn new(tile: &Tile, first: u32, end: u32) -> Self {
+    pub(super) fn new(tile: &Tile, first: u32, end: u32, n_arms: usize) -> Self {
         let half = (end - first) / 2;
         Self {
             halves: vec![[0.0; 2]; tile.len()],
             middle: first + half,
             half: f64::from(half),
-            costs: [Cost::default(); 2],
-            before: [0; 2],
+            costs: vec![Cost::default(); n_arms],
+            before: Cost::default(),
         }
     }
 
@@ -87,24 +136,21 @@ impl TileTrial {
         index: usize,
         sample: u32,
         path: &PathSample,
-        is_guided: bool,
+        arm: usize,
         statistics: &PathStatistics,
     ) {
         let radiance = f64::from(mean_component(path.record.radiance));
         if radiance.is_finite() {
             self.halves[index][usize::from(sample >= self.middle)] += radiance;
         }
-        let counts = [statistics.rays(), statistics.guided_events];
-        let cost = &mut self.costs[usize::from(is_guided)];
-        cost.paths += 1;
-        cost.rays += counts[0] - self.before[0];
-        cost.guided_events += counts[1] - self.before[1];
+        let counts = Cost::of(statistics);
+        self.costs[arm].add(&counts, &self.before);
         self.before = counts;
     }
 
-    /// Appends the squared relative differences of the halves, to the unguided and to the guided pixels'. Relative to the
+    /// Appends the squared relative differences of the halves, to those of its arm. Relative to the
     /// tile: a pixel's own mean is part of its error.
-    fn differences(&self, tile: &Tile, into: &mut [Vec<f64>; 2]) {
+    fn differences(&self, tile: &Tile, into: &mut [Vec<f64>]) {
         let total: f64 = self.halves.iter().map(|[a, b]| a + b).sum();
         if total <= 0.0 {
             return;
@@ -113,31 +159,42 @@ impl TileTrial {
         for (index, [a, b]) in self.halves.iter().enumerate() {
             let (x, y) = tile.pixel(index);
             let difference = (a - b) / (self.half * mean);
-            into[usize::from(is_guided(x, y))].push(difference * difference);
+            into[arm_of(x, y, self.costs.len())].push(difference * difference);
         }
     }
 }
 
-/// What the tiles of `film` found, one entry a tile in its order. Guiding loses if there is nothing to compare.
-pub(super) fn decide<'a>(film: &Film, trials: impl Iterator<Item = &'a TileTrial>) -> TrialResult {
-    let mut differences = [Vec::new(), Vec::new()];
-    let mut costs = [Cost::default(); 2];
+/// What the tiles of `film` found, one entry a tile in its order. The first arm wins if there is nothing to compare.
+pub(super) fn decide<'a>(
+    film: &Film,
+    arms: &[Arm],
+    trials: impl Iterator<Item = &'a TileTrial>,
+) -> TrialResult {
+    let mut differences = vec![Vec::new(); arms.len()];
+    let mut costs = vec![Cost::default(); arms.len()];
     for (tile, trial) in film.tiles().iter().zip(trials) {
         trial.differences(tile, &mut differences);
-        for (sum, cost) in costs.iter_mut().zip(trial.costs) {
-            sum.paths += cost.paths;
-            sum.rays += cost.rays;
-            sum.guided_events += cost.guided_events;
+        for (sum, cost) in costs.iter_mut().zip(&trial.costs) {
+            sum.add(cost, &Cost::default());
         }
     }
-    let has_enough = differences[1].len() >= FEWEST_PIXELS;
-    let [unguided, guided] = differences.map(trimmed);
-    let [plain, with_guide] =
-        costs.map(|c| (c.rays as f64 + VERTEX_COST * c.guided_events as f64) / c.paths.max(1) as f64);
-    let (error, cost) = (guided.value / unguided.value, with_guide / plain);
-    let uncertainty = guided.relative_error.hypot(unguided.relative_error);
-    let is_worth_it = error * (1.0 + CERTAINTY * uncertainty) * cost < WORTH_IT;
-    TrialResult { error, uncertainty, cost, guided: has_enough && is_worth_it }
+    let has_enough = differences[1..].iter().all(|of_arm| of_arm.len() >= FEWEST_PIXELS);
+    let errors: Vec<Mean> = differences.into_iter().map(trimmed).collect();
+    let compare = |number: usize| ArmResult {
+        arm: arms[number],
+        error: errors[number].value / errors[0].value,
+        uncertainty: errors[number].relative_error.hypot(errors[0].relative_error),
+        cost: costs[number].mean() / costs[0].mean(),
+    };
+    let results: Vec<ArmResult> = (1..arms.len()).map(compare).collect();
+    let worth = |result: &ArmResult| result.error * result.cost;
+    let is_worth_it = |result: &&ArmResult| worth(result) * (1.0 + CERTAINTY * result.uncertainty) < WORTH_IT;
+    let best = results
+        .iter()
+        .filter(is_worth_it)
+        .min_by(|a, b| worth(a).total_cmp(&worth(b)))
+        .filter(|_| has_enough);
+    TrialResult { chosen: best.map_or(arms[0], |best| best.arm), arms: results }
 }
 
 /// A mean, and its standard error relative to it.
@@ -161,9 +218,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_pixel_in_sixteen_is_guided() {
-        let guided = (0..64).flat_map(|y| (0..64).map(move |x| (x, y))).filter(|&(x, y)| is_guided(x, y));
-        assert_eq!(guided.count(), 64 * 64 / 16);
+    fn one_pixel_in_sixteen_tries_each_arm() {
+        let mut counts = [0; 4];
+        (0..64).flat_map(|y| (0..64).map(move |x| (x, y))).for_each(|(x, y)| counts[arm_of(x, y, 4)] += 1);
+        assert_eq!(counts, [13 * 256, 256, 256, 256]);
+        assert!((0..16).all(|i| arm_of(i % 4, i / 4, 2) < 2));
     }
 
     #[test]
@@ -176,7 +235,8 @@ mod tests {
     #[test]
     fn nothing_to_compare_means_no_guiding() {
         let film = Film::new(3, 1, &[]).unwrap();
-        let trial = TileTrial::new(&film.tiles()[0], 16, 32);
-        assert!(!decide(&film, std::iter::once(&trial)).guided);
+        let trial = TileTrial::new(&film.tiles()[0], 16, 32, 2);
+        let arms = [Arm::default(), Arm { directions: true, odds: false }];
+        assert_eq!(decide(&film, &arms, std::iter::once(&trial)).chosen, Arm::default());
     }
 }

@@ -30,10 +30,16 @@ const FEWEST_SAMPLES: f32 = 64.0;
 /// What guides a path; nothing by default.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Guides<'a> {
+    /// Number of the combination that is tried, in a trial.
+    pub(crate) arm: usize,
     /// The choice between volume and surface on the camera's segment.
     pub(crate) camera: Option<SegmentGuide>,
-    /// Directions at all vertices.
+    /// What is known about all vertices.
     pub(crate) field: Option<&'a Field>,
+    /// Whether the field guides directions.
+    pub(crate) directs: bool,
+    /// Whether the camera's choice is to be learned from, even if nothing guides it.
+    pub(crate) learns_choice: bool,
     /// How the field chooses between volume and surface on the segments that leave them; `None` tracks.
     pub(crate) further: Option<FurtherSegments>,
     /// How often they have learned. What a guide says depends on a pixel's earlier samples, and so do stratified
@@ -43,9 +49,9 @@ pub(crate) struct Guides<'a> {
 }
 
 impl Guides<'_> {
-    /// Whether there is anything to follow.
+    /// Whether there is neither anything to follow nor to learn.
     pub(crate) fn is_empty(&self) -> bool {
-        self.camera.is_none() && self.field.is_none()
+        self.camera.is_none() && self.field.is_none() && !self.learns_choice
     }
 }
 
@@ -72,6 +78,9 @@ pub(super) trait Guidance {
 
     /// Where the path's segments are noted, if they teach.
     fn trail(&mut self) -> Option<&mut Trail>;
+
+    /// Whether the choice on the camera's segment teaches.
+    fn learns_choice(&self) -> bool;
 
     /// The choice that was made on the camera's segment.
     fn remember(&mut self, lesson: Lesson);
@@ -132,6 +141,11 @@ impl Guidance for Unguided {
     #[inline]
     fn trail(&mut self) -> Option<&mut Trail> {
         None
+    }
+
+    #[inline]
+    fn learns_choice(&self) -> bool {
+        false
     }
 
     #[inline]
@@ -245,6 +259,9 @@ impl Guidance for Guided<'_> {
         let position = vertex.position();
         let region = field.region(position, vertex.class(), rng.next_f32())?;
         self.region = Some(region);
+        if !self.guides.directs {
+            return None;
+        }
         let (mixture, share) = match vertex {
             Vertex::Medium { travel, phase, .. } => {
                 region.narrower_than_hg(position, -*travel, phase.mean_cosine())
@@ -270,6 +287,11 @@ impl Guidance for Guided<'_> {
     #[inline]
     fn trail(&mut self) -> Option<&mut Trail> {
         self.trail.as_deref_mut()
+    }
+
+    #[inline]
+    fn learns_choice(&self) -> bool {
+        self.guides.learns_choice
     }
 
     fn remember(&mut self, lesson: Lesson) {

@@ -2,9 +2,10 @@
 
 use super::PathStatistics;
 use super::record::Recorder;
+use super::training::SegmentEnding;
 use tyndall_guiding::{EventClass, SegmentSample};
 use tyndall_math::{Rgb, max_component};
-use tyndall_volume::{CandidateSums, Event, Resampled};
+use tyndall_volume::CandidateSums;
 
 /// A choice whose outcome is not yet known.
 pub(super) struct Lesson {
@@ -26,19 +27,16 @@ pub(crate) struct Learned {
 }
 
 impl Lesson {
-    /// The choice that `resampled` made on a segment ending at `end`.
+    /// The choice that ended a segment of length `end`.
     pub(super) fn new(
         recorder: &Recorder,
-        resampled: &Resampled,
+        ending: &SegmentEnding,
         end: f32,
         statistics: &PathStatistics,
     ) -> Self {
-        let (class, probability, t) = match resampled.walk.event {
-            Event::Scatter { t, .. } => (EventClass::Volume, resampled.probability, t as f32),
-            Event::Pass => (EventClass::Surface, 1.0 - resampled.probability, end),
-        };
+        let SegmentEnding { class, probability, sums, t } = *ending;
         Self {
-            sums: resampled.sums,
+            sums,
             class,
             probability,
             depths: [t, end],

@@ -43,19 +43,14 @@ impl<G: Guidance> Path<'_, G> {
             self.add_segment_light::<MEDIA>(lit, &ray, scratch, statistics);
         }
         let walk = match self.first_choice.take() {
-            Some(u) => match self.guidance.camera() {
-                Some(guide) => self.sample_camera_segment::<MEDIA>(&guide, u, &ray, lit, scratch, statistics),
-                None => {
-                    self.rng.lead_with(u);
-                    self.track(&ray, scratch, statistics)
-                }
-            },
+            Some(u) => self.sample_camera_segment::<MEDIA>(u, &ray, lit, scratch, statistics),
             None => match self.guidance.further(ray.direction) {
                 Some(guide) => {
+                    statistics.guided_segments += 1;
                     let u = self.rng.next_f32();
-                    self.sample_guided(&guide, u, false, &ray, scratch, statistics).walk
+                    self.sample_guided(&guide, u, false, &ray, scratch, statistics).0.walk
                 }
-                None => self.track(&ray, scratch, statistics),
+                None => self.track(&ray, scratch, statistics).0,
             },
         };
         self.throughput *= walk.weight;
@@ -79,8 +74,46 @@ impl<G: Guidance> Path<'_, G> {
         Event::Pass
     }
 
+    /// The camera's: it has a guide of its own, teaches it, and may light its candidate.
+    fn sample_camera_segment<const MEDIA: bool>(
+        &mut self,
+        u: f32,
+        ray: &Ray,
+        lit: Option<LitSegment>,
+        scratch: &mut Scratch,
+        statistics: &mut PathStatistics,
+    ) -> Walk {
+        let (walk, ending) = match self.guidance.camera() {
+            Some(guide) => {
+                let keeps_candidate = self.guidance.lights_candidates();
+                let (resampled, ending) =
+                    self.sample_guided(&guide, u, keeps_candidate, ray, scratch, statistics);
+                if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
+                    self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
+                    if ending.class == EventClass::Volume {
+                        self.guidance.mark_lit();
+                    }
+                }
+                (resampled.walk, ending)
+            }
+            None => {
+                self.rng.lead_with(u);
+                self.track(ray, scratch, statistics)
+            }
+        };
+        if self.guidance.learns_choice() {
+            self.guidance.remember(Lesson::new(&self.recorder, &ending, ray.t_max, statistics));
+        }
+        walk
+    }
+
     /// By transmittance.
-    fn track(&mut self, ray: &Ray, scratch: &Scratch, statistics: &mut PathStatistics) -> Walk {
+    fn track(
+        &mut self,
+        ray: &Ray,
+        scratch: &Scratch,
+        statistics: &mut PathStatistics,
+    ) -> (Walk, SegmentEnding) {
         let walk = sample_collision(
             self.world.media(),
             &scratch.spans,
@@ -91,33 +124,12 @@ impl<G: Guidance> Path<'_, G> {
         );
         self.recorder.add_medium_light(self.throughput * walk.emission, self.scatter_count);
         let (class, t) = outcome(&walk, ray);
-        self.end_lesson(SegmentEnding::tracked(class, t));
+        let ending = SegmentEnding::tracked(class, t);
+        self.end_lesson(ending);
         // An unbiased estimate of what tracking's probability was.
         let scatters = class == EventClass::Volume;
         self.recorder.choose(f32::from(u8::from(scatters)), scatters);
-        walk
-    }
-
-    /// The camera's: it has a guide of its own, teaches it, and may light its candidate.
-    fn sample_camera_segment<const MEDIA: bool>(
-        &mut self,
-        guide: &SegmentGuide,
-        u: f32,
-        ray: &Ray,
-        lit: Option<LitSegment>,
-        scratch: &mut Scratch,
-        statistics: &mut PathStatistics,
-    ) -> Walk {
-        let keeps_candidate = self.guidance.lights_candidates();
-        let mut resampled = self.sample_guided(guide, u, keeps_candidate, ray, scratch, statistics);
-        if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate.take() {
-            self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
-            if matches!(resampled.walk.event, tyndall_volume::Event::Scatter { .. }) {
-                self.guidance.mark_lit();
-            }
-        }
-        self.guidance.remember(Lesson::new(&self.recorder, &resampled, ray.t_max, statistics));
-        resampled.walk
+        (walk, ending)
     }
 
     /// With the probability to scatter that `guide` gives.
@@ -129,7 +141,7 @@ impl<G: Guidance> Path<'_, G> {
         ray: &Ray,
         scratch: &Scratch,
         statistics: &mut PathStatistics,
-    ) -> Resampled {
+    ) -> (Resampled, SegmentEnding) {
         let flights = guide.normalized_flights();
         let options = ResampleOptions {
             majorant_scale: guide.majorant_scale(),
@@ -156,11 +168,12 @@ impl<G: Guidance> Path<'_, G> {
         let (class, t) = outcome(&resampled.walk, ray);
         let scatters = class == EventClass::Volume;
         let probability = if scatters { resampled.probability } else { 1.0 - resampled.probability };
-        self.end_lesson(SegmentEnding { class, probability, sums: resampled.sums, t });
+        let ending = SegmentEnding { class, probability, sums: resampled.sums, t };
+        self.end_lesson(ending);
         // Normalised flights do not know their probability, only what it should be.
         let wanted = flights.map_or(resampled.probability, |flights| flights.target);
         self.recorder.choose(wanted, scatters);
-        resampled
+        (resampled, ending)
     }
 }
 

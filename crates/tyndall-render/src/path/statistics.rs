@@ -17,6 +17,8 @@ pub struct PathStatistics {
     pub volume_events: u64,
     /// Scattering events at which the field was asked for directions.
     pub guided_events: u64,
+    /// Segments after the camera's that the field told how likely to scatter.
+    pub guided_segments: u64,
     /// Candidates, look-ups and majorant violations.
     pub walks: WalkStats,
 }
@@ -35,6 +37,7 @@ impl PathStatistics {
         self.surface_events += other.surface_events;
         self.volume_events += other.volume_events;
         self.guided_events += other.guided_events;
+        self.guided_segments += other.guided_segments;
         self.walks += other.walks;
     }
 }
