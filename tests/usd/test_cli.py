@@ -9,6 +9,7 @@ import signal
 import pytest
 import tyndall
 from pxr import Gf, Usd, UsdGeom, UsdLux, UsdRender
+from support import exr
 from tyndall_usd.cli import main
 from tyndall_usd.cli.arguments import parse
 from tyndall_usd.scene_index import HEADLIGHT
@@ -379,3 +380,30 @@ def test_info_lists_what_is_there(scene, capfd):
     info = json.loads(capfd.readouterr().out)
     assert info["cameras"] == ["/World/main"]
     assert info["prims"]["DomeLight"] == 1
+
+
+def test_an_open_shutter_blurs_until_it_is_told_not_to(scene, tmp_path, capfd):
+    images = {}
+
+    def rendered(name, *options):
+        path = tmp_path / f"{name}.exr"
+        assert render(scene, path, "--frames", "2", *options) == 0
+        images[name] = exr.read_rgb(path)
+        return capfd.readouterr().err
+
+    rendered("still")
+    _edit(scene, lambda stage: UsdGeom.Camera.Get(stage, "/World/main").CreateShutterCloseAttr(0.5))
+    assert "moves while" not in rendered("blurred"), "cameras are blurred"
+    rendered("told", "--disable-motionblur")
+    assert (images["told"] == images["still"]).all()
+    assert (images["blurred"] != images["still"]).any()
+
+    def move_ball(stage):
+        move = UsdGeom.Xformable(stage.GetPrimAtPath("/World/ball")).AddTranslateOp()
+        for frame in (1, 3):
+            move.Set(Gf.Vec3d(0, frame, 0), frame)
+
+    _edit(scene, move_ball)
+    told = rendered("ball")
+    assert "/World/ball" in told
+    assert "moves while the shutter is open" in told

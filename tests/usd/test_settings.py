@@ -43,6 +43,13 @@ def test_the_metadata_names_the_settings(stage):
     assert len(found) == 1
 
 
+@pytest.mark.parametrize("name", ["disableMotionBlur", "instantaneousShutter"])
+def test_motion_blur_can_be_turned_off(stage, name):
+    assert _read(stage)[0].products[0].view.motion_blur
+    stage.GetPrimAtPath("/Render/S").GetAttribute(name).Set(True)
+    assert not _read(stage)[0].products[0].view.motion_blur
+
+
 def test_products_win_over_settings(stage):
     settings = UsdRender.Settings(stage.GetPrimAtPath("/Render/S"))
     settings.CreateResolutionAttr(Gf.Vec2i(100, 50))

@@ -176,12 +176,12 @@ fn is_sane(region: &Region) -> bool {
         let length = x[k] * x[k] + y[k] * y[k] + z[k] * z[k];
         weight[k] > 0.0 && (0.0..=MAX_CONCENTRATION).contains(&kappa[k]) && (length - 1.0).abs() < ROUNDING
     };
-    let per_lobe = region.moments.0.iter().chain([&region.inverse_distance, &sums[0], &sums[1]]);
+    let mut per_lobe = region.moments.0.iter().chain([&region.inverse_distance, &sums[0], &sums[1]]);
     region.depth <= MOST_DEPTH
         && region.pivot.into_iter().chain([log_likelihood]).all(f32::is_finite)
         && amounts.into_iter().all(is_amount)
         && (0..n).all(is_lobe)
         && (weight.total() - 1.0).abs() < f64::from(ROUNDING)
-        && per_lobe.flat_map(|row| row.first(n)).all(is_amount)
-        && sums.iter().flat_map(|row| row.first(n)).all(f32::is_finite)
+        && per_lobe.all(|row| row.first(n).all(is_amount))
+        && sums.iter().all(|row| row.first(n).all(f32::is_finite))
 }

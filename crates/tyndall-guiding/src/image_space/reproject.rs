@@ -9,7 +9,8 @@
 
 use super::{ImageGuide, View};
 use crate::Moments;
-use glam::DVec2;
+use glam::{DVec2, Vec2};
+use rayon::prelude::*;
 
 /// Distance, relative to the nearest, within which surfaces count as the same one.
 const SAME_SURFACE: f32 = 0.05;
@@ -20,55 +21,39 @@ impl ImageGuide {
     /// What this guide, of an image seen as `from`, knows of one of `size` pixels seen as `to`. Odds must be made.
     pub fn reprojected(&self, from: &View, to: &View, [width, height]: [usize; 2]) -> Self {
         let target = Target { view: to, width, height };
-        let in_medium = || self.splats(from, &target, volume_part, Moments::mean_volume_depth);
-        let on_surface = || self.splats(from, &target, surface_part, Moments::mean_surface_depth);
-        let volume = target.gather(in_medium(), |_, _| true);
-        let nearest = target.nearest(on_surface());
+        let in_medium = self.splats(from, &target, Moments::mean_volume_depth);
+        let volume = target.gather(&in_medium, |i| volume_part(&self.moments[i]), |_, _| true);
+        let on_surface = self.splats(from, &target, Moments::mean_surface_depth);
+        let nearest = target.nearest(&on_surface);
         let is_seen = |pixel: usize, distance| distance <= nearest[pixel] * (1.0 + SAME_SURFACE);
-        let surface = target.gather(on_surface(), is_seen);
+        let surface = target.gather(&on_surface, |i| surface_part(&self.moments[i]), is_seen);
         let moments = volume.iter().zip(&surface).map(|(v, s)| joined(v, s)).collect();
         Self::from_sums([0, 0], [width, height], self.strategy, moments, self.costs)
     }
 
-    /// One class of all pixels, where it is seen in `target`.
-    fn splats(
-        &self,
-        from: &View,
-        target: &Target<'_>,
-        part: fn(&Moments) -> Moments,
-        depth: fn(&Moments) -> Option<f32>,
-    ) -> impl Iterator<Item = Splat> {
+    /// Where one class of each pixel is seen in `target`, in the order of pixels.
+    fn splats(&self, from: &View, target: &Target<'_>, depth: fn(&Moments) -> Option<f32>) -> Vec<Splat> {
         let size = DVec2::new(self.width.max(1) as f64, self.height.max(1) as f64);
-        let (view, [width, height]) = (target.view, [target.width as f64, target.height as f64]);
-        let splat = move |(i, moments): (usize, &Moments)| {
+        let target_size = DVec2::new(target.width as f64, target.height as f64);
+        let splat = |(source, moments): (usize, &Moments)| {
             // What scatters nowhere or shows no surface is as far away as the other class.
             let other = || moments.mean_surface_depth().or(moments.mean_volume_depth());
             let distance = depth(moments).or_else(other).filter(|_| moments.n > 0.0)?;
-            let pixel = DVec2::new((i % self.width) as f64 + 0.5, (i / self.width) as f64 + 0.5);
-            let (place, distance) = view.project(from.point(pixel / size, distance.into()))?;
-            let place = place * DVec2::new(width, height) - 0.5;
-            Some(Splat { place, distance: distance as f32, moments: part(moments) })
+            let pixel = DVec2::new((source % self.width) as f64 + 0.5, (source / self.width) as f64 + 0.5);
+            let (place, distance) = target.view.project(from.point(pixel / size, distance.into()))?;
+            let place = (place * target_size - 0.5).as_vec2();
+            Some(Splat { place, distance: distance as f32, source })
         };
-        self.moments.iter().enumerate().filter_map(splat)
+        self.moments.par_iter().enumerate().filter_map(splat).collect()
     }
 }
 
-/// Sums and where they are seen: `place` in pixels, whole numbers at their centres.
+/// Where a pixel's sums are seen: `place` in pixels, whole numbers at their centres.
 struct Splat {
-    place: DVec2,
+    place: Vec2,
     distance: f32,
-    moments: Moments,
-}
-
-impl Splat {
-    /// The sums with the depth they have from here.
-    fn seen(&self) -> Moments {
-        Moments {
-            w_depth: self.moments.w * self.distance,
-            t_depth: self.moments.t * self.distance,
-            ..self.moments
-        }
-    }
+    /// The pixel.
+    source: usize,
 }
 
 /// The image that is made.
@@ -80,25 +65,28 @@ struct Target<'a> {
 
 impl Target<'_> {
     /// The pixels around a place, and their weights.
-    fn around(&self, place: DVec2) -> impl Iterator<Item = (usize, f32)> {
+    fn around(&self, place: Vec2) -> impl Iterator<Item = (usize, f32)> {
         let (corner, share) = (place.floor(), place - place.floor());
         [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)].into_iter().filter_map(move |(dx, dy)| {
             let (x, y) = (corner.x + dx, corner.y + dy);
-            let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
+            let is_inside = x >= 0.0 && y >= 0.0 && x < self.width as f32 && y < self.height as f32;
             let weight = (1.0 - (dx - share.x).abs()) * (1.0 - (dy - share.y).abs());
-            is_inside.then(|| (y as usize * self.width + x as usize, weight as f32))
+            is_inside.then(|| (y as usize * self.width + x as usize, weight))
         })
     }
 
-    /// The sums that arrive in each pixel, of the splats that `counts` lets pass by pixel and distance.
+    /// The sums that arrive in each pixel, with the depths they have from here, of the splats that `counts` lets pass by
+    /// pixel and distance.
     fn gather(
         &self,
-        splats: impl Iterator<Item = Splat>,
+        splats: &[Splat],
+        part: impl Fn(usize) -> Moments,
         counts: impl Fn(usize, f32) -> bool,
     ) -> Vec<Moments> {
         let mut sums = vec![Moments::default(); self.width * self.height];
         for splat in splats {
-            let seen = splat.seen();
+            let mut seen = part(splat.source);
+            (seen.w_depth, seen.t_depth) = (seen.w * splat.distance, seen.t * splat.distance);
             for (pixel, weight) in self.around(splat.place) {
                 if counts(pixel, splat.distance) {
                     sums[pixel].add_scaled(&seen, weight);
@@ -109,7 +97,7 @@ impl Target<'_> {
     }
 
     /// How far away the nearest splat of each pixel is.
-    fn nearest(&self, splats: impl Iterator<Item = Splat>) -> Vec<f32> {
+    fn nearest(&self, splats: &[Splat]) -> Vec<f32> {
         let mut nearest = vec![f32::INFINITY; self.width * self.height];
         for splat in splats {
             for (pixel, _) in self.around(splat.place) {
