@@ -18,7 +18,8 @@ pub(crate) use block::leaf_end;
 pub use state::StateError;
 pub(crate) use tile::Tile;
 
-use crate::aov::{self, Aov};
+use crate::aov::{self, Aov, Source};
+use aov::cryptomatte::Matte;
 use layout::SumLayout;
 use noise::NoiseMap;
 
@@ -34,6 +35,8 @@ pub struct Film {
     first_sample: u32,
     aovs: Vec<&'static Aov>,
     tiles: Vec<Tile>,
+    /// Names by [`aov::cryptomatte::Matte`]; empty unless asked for.
+    matte_names: [Vec<String>; 2],
     /// Of films that are sampled adaptively.
     noise: Option<NoiseMap>,
 }
@@ -77,7 +80,23 @@ impl Film {
                 tiles.push(Tile::new([x0, y0], size, first_sample, &layout));
             }
         }
-        Ok(Self { width, height, first_sample, aovs, tiles, noise: None })
+        let matte_names = Default::default();
+        Ok(Self { width, height, first_sample, aovs, tiles, matte_names, noise: None })
+    }
+
+    /// This film with the names of what its cryptomattes may show.
+    pub(crate) fn with_matte_names(mut self, names: impl Fn(Matte) -> Vec<String>) -> Self {
+        for aov in &self.aovs {
+            if let Source::Coverage(matte) = aov.source {
+                self.matte_names[matte as usize] = names(matte);
+            }
+        }
+        self
+    }
+
+    /// Names of what a cryptomatte may show.
+    pub fn matte_names(&self, matte: Matte) -> &[String] {
+        &self.matte_names[matte as usize]
     }
 
     /// This empty film, of which pixels that are clean get no more samples.
@@ -146,7 +165,12 @@ impl Film {
             for index in 0..tile.len() {
                 let (x, y) = tile.pixel(index);
                 let at = (y as usize * self.width as usize + x as usize) * channels;
-                image[at..at + channels].copy_from_slice(&tile.value(aov, index)[..channels]);
+                match aov.source {
+                    Source::Coverage(matte) => {
+                        image[at..at + channels].copy_from_slice(&tile.ranked(matte, index));
+                    }
+                    _ => image[at..at + channels].copy_from_slice(&tile.value(aov, index)[..channels]),
+                }
             }
         }
         Ok(image)

@@ -102,6 +102,7 @@ impl Session {
     pub fn new(world: Arc<World>, settings: RenderSettings) -> Result<Self, SessionError> {
         let [width, height] = settings.resolution;
         let film = Film::new(width, height, &settings.aovs).map_err(SessionError::Film)?;
+        let film = film.with_matte_names(|matte| world.matte_names(matte));
         let film = if settings.noise_threshold > 0.0 { film.adaptive() } else { film };
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.threads as usize)
@@ -136,8 +137,9 @@ impl Session {
             ));
         }
         let [width, height] = self.settings.resolution;
-        let film = Film::starting_at(start, width, height, &self.settings.aovs);
-        self.film = Mutex::new(film.map_err(SessionError::Film)?);
+        let film =
+            Film::starting_at(start, width, height, &self.settings.aovs).map_err(SessionError::Film)?;
+        self.film = Mutex::new(film.with_matte_names(|matte| self.world.matte_names(matte)));
         self.range = start..end;
         Ok(self)
     }
