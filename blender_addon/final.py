@@ -69,7 +69,7 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
         "camera": cameras.PATH,
         "resolution": list(frame.resolution),
         "pixelAspect": frame.pixel_aspect,
-        "aovs": [p.aov for p in wanted],
+        "aovs": list(dict.fromkeys(p.aov for p in wanted)),
     }
     if layer.samples > 0:
         settings["samples"] = layer.samples
@@ -209,6 +209,7 @@ class _Render:
             "tyndall:samples": str(film.samples),
             "tyndall:seconds": f"{statistics['seconds']['render']:.3f}",
             **metadata(statistics),
+            **film.cryptomatte_metadata(f"{self._layer}."),
         }
         for name, value in fields.items():
             result.stamp_data_add_field(name, value)

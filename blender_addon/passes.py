@@ -27,6 +27,11 @@ _NAMES = {
     "direct": "Direct Light",
     "indirect": "Indirect Light",
 }
+#: AOV -> what Blender calls the cryptomatte, with its switch; a pass has two pairs of hash and coverage.
+_CRYPTOMATTES = {
+    "crypto_object": ("CryptoObject", "use_pass_cryptomatte_object"),
+    "crypto_material": ("CryptoMaterial", "use_pass_cryptomatte_material"),
+}
 #: Blender's switches of passes that the core does not have; naming them beats leaving them black in silence.
 _MISSING = {
     f"use_pass_{name}": name.replace("_", " ")
@@ -35,7 +40,7 @@ _MISSING = {
         *("shadow", "ambient_occlusion", "diffuse_direct", "diffuse_indirect", "diffuse_color"),
         *("glossy_direct", "glossy_indirect", "glossy_color", "transmission_direct"),
         *("transmission_indirect", "transmission_color", "subsurface_direct", "subsurface_indirect"),
-        *("subsurface_color", "cryptomatte_object", "cryptomatte_material", "cryptomatte_asset"),
+        *("subsurface_color", "cryptomatte_asset"),
     )
 }
 
@@ -51,6 +56,8 @@ class Pass:
     kind: str
     doc: str
     is_blenders: bool
+    #: Of the AOV's channels the one that the pass begins with.
+    first_channel: int = 0
 
     def is_on(self, layer: bpy.types.ViewLayer) -> bool:
         """Return whether the view layer asks for it; the picture itself is always made."""
@@ -81,7 +88,28 @@ def _pass(info: tyndall.AovInfo) -> Pass:
     )
 
 
-ALL = tuple(_pass(info) for info in tyndall.list_aovs())
+def _cryptomatte(info: tyndall.AovInfo) -> list[Pass]:
+    name, attribute = _CRYPTOMATTES[info.name]
+    return [
+        Pass(
+            aov=info.name,
+            name=f"{name}{first // 4:02d}",
+            attribute=attribute,
+            channels="rgba",
+            kind="COLOR",
+            doc=info.doc,
+            is_blenders=True,
+            first_channel=first,
+        )
+        for first in range(0, len(info.channels), 4)
+    ]
+
+
+def _passes(info: tyndall.AovInfo) -> list[Pass]:
+    return _cryptomatte(info) if info.name in _CRYPTOMATTES else [_pass(info)]
+
+
+ALL = tuple(p for info in tyndall.list_aovs() for p in _passes(info))
 EXTRA = tuple(p for p in ALL if not p.is_blenders)
 
 
@@ -97,7 +125,9 @@ def missing(layer: bpy.types.ViewLayer) -> list[str]:
 
 def pixels(film: tyndall.Film, wanted_pass: Pass, *, is_transparent: bool) -> np.ndarray:
     """Return an AOV as Blender wants it: float32, shape (height, width, channels), row 0 at the bottom."""
-    return upright(film.aov(wanted_pass.aov), is_transparent=is_transparent or wanted_pass.aov != "rgba")
+    first = wanted_pass.first_channel
+    image = film.aov(wanted_pass.aov)[..., first : first + len(wanted_pass.channels)]
+    return upright(image, is_transparent=is_transparent or wanted_pass.aov != "rgba")
 
 
 def upright(image: np.ndarray, *, is_transparent: bool) -> np.ndarray:

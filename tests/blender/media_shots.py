@@ -136,7 +136,7 @@ SHOTS: dict[str, Callable[[], Any]] = {
     "overlap": overlap,
     "world fog": world_fog,
     "noise": lambda: procedural("TexNoise", (0.45, 0.7), Scale=2.0, Detail=3.0),
-    "noise 4D": lambda: procedural("TexNoise", (0.45, 0.7), Scale=2.0, W=1.7, noise_dimensions="4D"),
+    "noise 4D": lambda: procedural("TexNoise", (0.45, 0.7), noise_dimensions="4D", Scale=2.0, W=1.7),
     "voronoi": lambda: procedural("TexVoronoi", (0.6, 0.2), Scale=2.0),
     "gradient": lambda: procedural("TexGradient", (0.0, 1.0), gradient_type="SPHERICAL"),
     "wave": lambda: procedural("TexWave", (0.0, 1.0), 3.0, Scale=1.0, Distortion=2.0),

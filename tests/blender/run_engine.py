@@ -33,7 +33,8 @@ from blender_addon.viewport import Job, viewport_settings  # noqa: E402
 def passes(folder: Path) -> dict[str, Any]:
     scene = still_life(folder)
     layer = scene.view_layers[0]
-    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_mist = True
+    layer.use_pass_z = layer.use_pass_normal = layer.use_pass_mist = layer.use_pass_position = True
+    layer.use_pass_cryptomatte_object = layer.use_pass_cryptomatte_material = True
     for name in layer.tyndall.bl_rna.properties.keys():  # noqa: SIM118 - no dictionary
         if name.startswith("use_pass_"):
             setattr(layer.tyndall, name, True)

@@ -42,8 +42,18 @@ def test_passes_and_what_there_is_none_of(tmp_path: Path) -> None:
     combined, volume, surface = (layers[f"ViewLayer.{n}"] for n in ("Combined", "Volume", "Surface"))
     assert combined[..., 3] == pytest.approx(1.0)
     np.testing.assert_allclose(combined[..., :3], volume + surface, rtol=2e-3, atol=2e-3)
+    by_order = sum(layers[f"ViewLayer.{n} Light"] for n in ("Unscattered", "Direct", "Indirect"))
+    np.testing.assert_allclose(combined[..., :3], by_order, rtol=2e-3, atol=2e-3)
+    assert np.ptp(layers["ViewLayer.Position"]) > 1.0
     header = exr.read_header(tmp_path / "image.exr")
     assert header["tyndall:samples"] == "4"
+    manifest = next(v for k, v in header.items() if k.startswith("cryptomatte/") and '"Sphere"' in str(v))
+    sphere = int(json.loads(manifest)["Sphere"], 16)
+    first = layers["ViewLayer.CryptoObject00"]
+    shows = np.ascontiguousarray(first[..., 0]).view(np.uint32) == sphere
+    assert 0.05 < shows.mean() < 0.9
+    assert first[..., 1][shows].max() <= 1.0
+    assert (layers["ViewLayer.CryptoMaterial02"][..., 2] == 0).all(), "there are not six materials"
 
 
 def test_a_region_is_a_part_of_the_picture(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Image = npt.NDArray[np.float32]
 
 # Channels of a layer in the order their names mean, whatever order the file keeps them in.
-_ORDER = "RGBAXYZ"
+_ORDER = "RGBArgbaXYZ"
 
 
 def read_layers(path: Path) -> dict[str, Image]:

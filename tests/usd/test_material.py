@@ -182,13 +182,28 @@ def test_unknown_shaders_are_named_and_the_display_color_is_drawn(node_id):
     assert read.prims["/cube"].material == DISPLAY_COLOR
 
 
+def test_noise_of_materialx_is_the_same_noise():
+    """A sum of so many octaves, signed; without a position that in the object's space."""
+    look = Look()
+    noise = look.node("noise", "ND_fractal3d_float", octaves=(T.Int, 4), diminish=(T.Float, 0.6))
+    look.surface(look.node("s", "UsdPreviewSurface", roughness=(T.Float, noise, "out")))
+    read = look.read()
+    _, inputs = surface_of(read.prims["/look"])
+    kind, octaves = inputs["roughness"]
+    assert kind == "noise"
+    assert octaves["vector"] == ("coordinate", {"space": "object"})
+    assert (octaves["scale"], octaves["detail"], octaves["normalize"]) == (1.0, 3.0, "false")
+    assert octaves["roughness"] == pytest.approx(0.6)
+    assert not read.messages
+
+
 def test_an_unknown_pattern_leaves_the_default():
     look = Look()
-    noise = look.node("noise", "ND_fractal3d_float")
+    noise = look.node("noise", "ND_worleynoise3d_float")
     look.surface(look.node("s", "UsdPreviewSurface", roughness=(T.Float, noise, "out"), ior=(T.Float, 1.25)))
     read = look.read()
     assert surface_of(read.prims["/look"]) == ("preview_surface", {"ior": 1.25})
-    assert read.said("/look/noise", "ND_fractal3d_float")
+    assert read.said("/look/noise", "ND_worleynoise3d_float")
 
 
 def test_a_circle_of_shaders_ends():

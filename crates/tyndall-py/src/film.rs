@@ -7,7 +7,8 @@ use pyo3::prelude::*;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
-use tyndall_render::aov::{self, Precision};
+use tyndall_render::aov::cryptomatte::{self, Matte};
+use tyndall_render::aov::{self, Precision, Source};
 use tyndall_render::{GuideState, SavedFilm};
 
 /// An image with its AOVs.
@@ -98,6 +99,17 @@ impl Film {
         image.into_pyarray(py).reshape(shape)
     }
 
+    /// What readers of the film's cryptomattes look for in a file's header, text by key, if their layers' names begin
+    /// with `prefix`.
+    #[pyo3(signature = (prefix = ""))]
+    fn cryptomatte_metadata(&self, prefix: &str) -> BTreeMap<String, String> {
+        let mattes = self.film.aovs().iter().filter_map(|aov| match aov.source {
+            Source::Coverage(matte) => Some(self.metadata_of(matte, prefix)),
+            _ => None,
+        });
+        mattes.flatten().collect()
+    }
+
     /// Writes a multi-layer `.exr`, or a `.png` of `rgba` through the default view transform.
     #[pyo3(signature = (path, aovs = None, metadata = None))]
     fn write(
@@ -126,13 +138,35 @@ impl Film {
     }
 }
 
+/// A cryptomatte's image as layers of two pairs each.
+fn cryptomatte_layers(matte: Matte, image: &[f32]) -> Vec<tyndall_io::Layer> {
+    let of_layer = |i: usize| {
+        let pixels = image.chunks_exact(2 * cryptomatte::RANKS);
+        let data = pixels.flat_map(|pixel| &pixel[4 * i..4 * i + 4]).copied().collect();
+        tyndall_io::Layer::new(
+            format!("{}{i:02}", matte.layer_name()),
+            "RGBA",
+            data,
+            tyndall_io::SampleType::Float,
+        )
+    };
+    (0..cryptomatte::RANKS / 2).map(of_layer).collect()
+}
+
 type Metadata = [(String, tyndall_io::MetaValue)];
 
 impl Film {
     fn write_exr(&self, path: &std::path::Path, names: &[String], metadata: &Metadata) -> Result<(), String> {
         let mut layers = Vec::with_capacity(names.len());
+        let mut metadata = metadata.to_vec();
         for name in names {
             let aov = aov::find(name)?;
+            if let Source::Coverage(matte) = aov.source {
+                layers.extend(cryptomatte_layers(matte, &self.film.image(name)?));
+                let entries = self.metadata_of(matte, "").into_iter();
+                metadata.extend(entries.map(|(key, value)| (key, tyndall_io::MetaValue::Text(value))));
+                continue;
+            }
             layers.push(tyndall_io::Layer {
                 name: name.clone(),
                 channels: aov.channels.iter().map(ToString::to_string).collect(),
@@ -146,8 +180,21 @@ impl Film {
         }
         let (width, height) = (self.film.width() as usize, self.film.height() as usize);
         let compression = tyndall_io::ExrCompression::default();
-        tyndall_io::write_exr(path, width, height, self.pixel_aspect, &layers, metadata, compression)
+        tyndall_io::write_exr(path, width, height, self.pixel_aspect, &layers, &metadata, compression)
             .map_err(|e| e.to_string())
+    }
+
+    /// What readers of a cryptomatte look for in the file's header.
+    fn metadata_of(&self, matte: Matte, prefix: &str) -> Vec<(String, String)> {
+        let name = format!("{prefix}{}", matte.layer_name());
+        let keys = cryptomatte::metadata_prefix(&name);
+        let entry = |key: &str, value: String| (format!("{keys}{key}"), value);
+        vec![
+            entry("name", name),
+            entry("hash", "MurmurHash3_32".to_owned()),
+            entry("conversion", "uint32_to_float32".to_owned()),
+            entry("manifest", cryptomatte::manifest(self.film.matte_names(matte))),
+        ]
     }
 
     fn write_png(&self, path: &std::path::Path, metadata: &Metadata) -> Result<(), String> {

@@ -4,6 +4,7 @@
 //! ([`Source::Pixel`]).
 
 mod albedo;
+pub mod cryptomatte;
 mod depth;
 mod direct;
 mod emission;
@@ -21,6 +22,7 @@ mod volume_depth;
 mod vsp;
 mod vsp_target;
 
+use cryptomatte::Matte;
 use tyndall_math::Rgb;
 
 /// Everything a path tells about itself, for AOVs. Radiances include the camera's exposure.
@@ -52,6 +54,10 @@ pub struct SampleRecord {
     pub scatters: f32,
     /// Depth of the first scattering in a medium along the viewing axis, stage units; infinite if there is none.
     pub volume_depth: f32,
+    /// Ids of the object and the material of the first surface.
+    pub mattes: [u32; 2],
+    /// How much these count; 0 if the first scattering was in a medium, or none.
+    pub coverage: f32,
     /// 1, training samples and lobes of the first vertex whose direction was guided; zeros if there was none.
     pub guide: [f32; 3],
 }
@@ -72,6 +78,8 @@ impl Default for SampleRecord {
             scatter_probability: 0.0,
             scatters: 0.0,
             volume_depth: f32::INFINITY,
+            mattes: [0; 2],
+            coverage: 0.0,
             guide: [0.0; 3],
         }
     }
@@ -125,6 +133,8 @@ pub const NO_HIT_DEPTH: f32 = 1e10;
 pub enum Source {
     /// A mean over samples; unused channels are ignored.
     Sample(fn(&SampleRecord) -> [f32; 4], Mean),
+    /// The ids that samples show, and how much of the pixel each covers.
+    Coverage(Matte),
     /// A function of the pixel's statistics.
     Pixel(fn(&PixelStatistics) -> [f32; 4]),
 }
@@ -174,6 +184,8 @@ pub const AOVS: &[Aov] = &[
     emission::AOV,
     direct::AOV,
     indirect::AOV,
+    cryptomatte::OBJECT,
+    cryptomatte::MATERIAL,
 ];
 
 /// The AOV called `name`.
@@ -198,7 +210,8 @@ mod tests {
     #[test]
     fn names_are_unique_and_channels_fit() {
         for (i, aov) in AOVS.iter().enumerate() {
-            assert!((1..=4).contains(&aov.channels.len()), "{}", aov.name);
+            let most = if matches!(aov.source, Source::Coverage(_)) { 2 * cryptomatte::RANKS } else { 4 };
+            assert!((1..=most).contains(&aov.channels.len()), "{}", aov.name);
             assert!(AOVS[..i].iter().all(|other| other.name != aov.name));
             assert!(aov.doc.ends_with('.'));
         }
@@ -215,7 +228,7 @@ mod tests {
         };
         let value = |aov: &Aov| match aov.source {
             Source::Sample(f, _) => f(&record),
-            Source::Pixel(_) => panic!("a sample AOV"),
+            _ => panic!("a sample AOV"),
         };
         for c in 0..3 {
             assert_eq!(value(&volume::AOV)[c] + value(&surface::AOV)[c], value(&rgba::AOV)[c]);

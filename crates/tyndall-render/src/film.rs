@@ -18,7 +18,8 @@ pub(crate) use block::leaf_end;
 pub use state::{SavedFilm, StateError};
 pub(crate) use tile::Tile;
 
-use crate::aov::{self, Aov};
+use crate::aov::{self, Aov, Source};
+use aov::cryptomatte::Matte;
 use layout::SumLayout;
 use noise::NoiseMap;
 use rayon::prelude::*;
@@ -35,6 +36,8 @@ pub struct Film {
     first_sample: u32,
     aovs: Vec<&'static Aov>,
     tiles: Vec<Tile>,
+    /// Names by [`aov::cryptomatte::Matte`]; empty unless asked for.
+    matte_names: [Vec<String>; 2],
     /// Of films that are sampled adaptively.
     noise: Option<NoiseMap>,
 }
@@ -78,7 +81,23 @@ impl Film {
                 tiles.push(Tile::new([x0, y0], size, first_sample, &layout));
             }
         }
-        Ok(Self { width, height, first_sample, aovs, tiles, noise: None })
+        let matte_names = Default::default();
+        Ok(Self { width, height, first_sample, aovs, tiles, matte_names, noise: None })
+    }
+
+    /// This film with the names of what its cryptomattes may show.
+    pub(crate) fn with_matte_names(mut self, names: impl Fn(Matte) -> Vec<String>) -> Self {
+        for aov in &self.aovs {
+            if let Source::Coverage(matte) = aov.source {
+                self.matte_names[matte as usize] = names(matte);
+            }
+        }
+        self
+    }
+
+    /// Names of what a cryptomatte may show.
+    pub fn matte_names(&self, matte: Matte) -> &[String] {
+        &self.matte_names[matte as usize]
     }
 
     /// This empty film, of which pixels that are clean get no more samples.
@@ -151,7 +170,11 @@ impl Film {
                 for index in 0..tile.len() {
                     let (x, y) = tile.pixel(index);
                     let at = (y - tile.y0) as usize * row + x as usize * channels;
-                    strip[at..at + channels].copy_from_slice(&tile.value(aov, index)[..channels]);
+                    let pixel = &mut strip[at..at + channels];
+                    match aov.source {
+                        Source::Coverage(matte) => pixel.copy_from_slice(&tile.ranked(matte, index)),
+                        _ => pixel.copy_from_slice(&tile.value(aov, index)[..channels]),
+                    }
                 }
             }
         });

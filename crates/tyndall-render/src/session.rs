@@ -113,6 +113,7 @@ impl Session {
     pub fn new(world: Arc<World>, settings: RenderSettings) -> Result<Self, SessionError> {
         let [width, height] = settings.resolution;
         let film = Film::new(width, height, &settings.aovs).map_err(SessionError::Film)?;
+        let film = film.with_matte_names(|matte| world.matte_names(matte));
         let film = if settings.noise_threshold > 0.0 { film.adaptive() } else { film };
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(settings.threads as usize)
@@ -147,8 +148,10 @@ impl Session {
             ));
         }
         let [width, height] = self.settings.resolution;
-        let film = Film::starting_at(start, width, height, &self.settings.aovs);
-        self.film = Mutex::new(Arc::new(film.map_err(SessionError::Film)?));
+        let film =
+            Film::starting_at(start, width, height, &self.settings.aovs).map_err(SessionError::Film)?;
+        let film = film.with_matte_names(|matte| self.world.matte_names(matte));
+        self.film = Mutex::new(Arc::new(film));
         self.range = start..end;
         Ok(self)
     }

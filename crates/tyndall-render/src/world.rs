@@ -24,15 +24,16 @@ mod surfaces;
 pub use build::WorldError;
 pub use cache::WorldCache;
 pub(crate) use query::{SegmentEnd, SurfaceHit, WorldScratch};
-pub(crate) use shade::ShadingBuffer;
+pub(crate) use shade::{ShadingBuffer, Surface};
 
+use crate::aov::cryptomatte::{self, Matte};
 use crate::camera::CameraModel;
 use bodies::LightBodies;
 pub(crate) use bodies::Unseen;
 use glam::DVec3;
 use media::Media;
 use surfaces::Surfaces;
-use tyndall_scene::Diagnostics;
+use tyndall_scene::{Diagnostics, PrimPath};
 use tyndall_shading::{CompiledMaterial, LightSet};
 
 /// A scene made ready for rays.
@@ -42,6 +43,7 @@ pub struct World {
     camera: CameraModel,
     surfaces: Surfaces,
     materials: Vec<CompiledMaterial>,
+    material_names: Vec<MatteName>,
     media: Media,
     lights: LightSet,
     /// Indices of lights at infinity.
@@ -50,7 +52,33 @@ pub struct World {
     diagnostics: Diagnostics,
 }
 
+/// A name in a cryptomatte.
+struct MatteName {
+    id: u32,
+    path: Option<PrimPath>,
+}
+
+impl MatteName {
+    fn new(path: Option<PrimPath>) -> Self {
+        Self { id: cryptomatte::id(matte_name(path.as_ref())), path }
+    }
+}
+
+/// The path without its first slash; `default` stands for prims without a material.
+fn matte_name(path: Option<&PrimPath>) -> &str {
+    path.map_or("default", |path| path.as_str().trim_start_matches('/'))
+}
+
 impl World {
+    /// Names of all that a cryptomatte may show.
+    pub(crate) fn matte_names(&self, matte: Matte) -> Vec<String> {
+        let of = |path: Option<&PrimPath>| matte_name(path).to_owned();
+        match matte {
+            Matte::Object => self.surfaces.paths().map(|path| of(Some(path))).collect(),
+            Matte::Material => self.material_names.iter().map(|name| of(name.path.as_ref())).collect(),
+        }
+    }
+
     /// The stage's point that is the origin of camera-relative space.
     pub fn origin(&self) -> DVec3 {
         self.origin

@@ -21,6 +21,8 @@ AOV_NAMES: dict[str, str] = {
     **dict.fromkeys(("position", "p", "world_position", "hitp"), "position"),
     **dict.fromkeys(("albedo", "diffusealbedo", "diffuse_albedo", "basecolor"), "albedo"),
     **dict.fromkeys(("emission", "emissive"), "emission"),
+    **dict.fromkeys(("cryptoobject", "crypto_object", "cryptomatte"), "crypto_object"),
+    **dict.fromkeys(("cryptomaterial", "crypto_material"), "crypto_material"),
     **dict.fromkeys(("samplecount", "sample_count", "debug_sample_count"), "samples"),
 }
 POLICIES = (

@@ -7,6 +7,7 @@
 //! sum, and whoever has all ranges can finish it. A film that begins with sample 0 holds three blocks at the most.
 
 use super::SumLayout;
+use crate::aov::cryptomatte::Coverage;
 use crate::aov::{PixelStatistics, SampleRecord, Source};
 use tyndall_math::Rgb;
 
@@ -27,6 +28,8 @@ pub(super) struct Block {
     pub(super) statistics: Vec<PixelStatistics>,
     /// `SumLayout::stride` numbers a pixel: the sums of all sample AOVs, then the counts of those with [`Mean::is_of_finite`].
     pub(super) sums: Vec<f64>,
+    /// `SumLayout::mattes` a pixel.
+    pub(super) coverage: Vec<Coverage>,
 }
 
 /// The end of the leaf that begins with sample `first`, or that sample `first` is in.
@@ -39,9 +42,11 @@ pub(crate) fn leaf_end(first: u32) -> u32 {
 }
 
 impl Block {
-    pub(super) fn new(first: u32, end: u32, pixels: usize, stride: usize) -> Self {
+    pub(super) fn new(first: u32, end: u32, pixels: usize, layout: &SumLayout) -> Self {
         let statistics = vec![PixelStatistics::default(); pixels];
-        Self { first, end, non_finite: 0, statistics, sums: vec![0.0; pixels * stride] }
+        let sums = vec![0.0; pixels * layout.stride];
+        let coverage = vec![Coverage::default(); pixels * layout.mattes.len()];
+        Self { first, end, non_finite: 0, statistics, sums, coverage }
     }
 
     /// Adds a sample of a pixel. Radiance that is not finite counts as black, and is counted.
@@ -59,6 +64,12 @@ impl Block {
         for (c, value) in record.radiance.to_array().into_iter().enumerate() {
             pixel.sum[c] += f64::from(value);
             pixel.sum_of_squares[c] += f64::from(value) * f64::from(value);
+        }
+        if record.coverage > 0.0 {
+            let of_pixel = &mut self.coverage[index * layout.mattes.len()..];
+            for (matte, coverage) in layout.mattes.iter().zip(of_pixel) {
+                coverage.add(record.mattes[*matte as usize], f64::from(record.coverage));
+            }
         }
         let sums = &mut self.sums[index * layout.stride..(index + 1) * layout.stride];
         for slot in &layout.slots {
@@ -100,6 +111,7 @@ impl Block {
         self.non_finite += next.non_finite;
         self.statistics.iter_mut().zip(&next.statistics).for_each(|(pixel, other)| pixel.merge(other));
         self.sums.iter_mut().zip(&next.sums).for_each(|(sum, other)| *sum += other);
+        self.coverage.iter_mut().zip(&next.coverage).for_each(|(sum, other)| sum.merge(other));
     }
 }
 
@@ -122,7 +134,7 @@ mod tests {
         let mut blocks = Vec::new();
         let mut end = 0;
         while end < 100 * SAMPLE_GRID {
-            Block::push(&mut blocks, Block::new(end, leaf_end(end), 1, 1));
+            Block::push(&mut blocks, Block::new(end, leaf_end(end), 1, &SumLayout::default()));
             end = leaf_end(end);
             assert!(blocks.len() <= 2, "{} blocks at {end}", blocks.len());
         }

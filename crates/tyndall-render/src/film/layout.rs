@@ -1,5 +1,6 @@
 //! Where a film keeps the sums of each AOV.
 
+use crate::aov::cryptomatte::Matte;
 use crate::aov::{Aov, Source};
 
 /// Where each sample AOV keeps its sums.
@@ -8,6 +9,8 @@ pub(super) struct SumLayout {
     /// Numbers a pixel.
     pub(super) stride: usize,
     pub(super) slots: Vec<Slot>,
+    /// Whose coverage is kept.
+    pub(super) mattes: Vec<Matte>,
 }
 
 /// The place of one AOV: its channels, then the count of samples if only finite ones do.
@@ -21,9 +24,13 @@ impl SumLayout {
     pub(super) fn new(aovs: &[&'static Aov]) -> Self {
         let mut layout = Self::default();
         for aov in aovs {
-            if let Source::Sample(_, mean) = aov.source {
-                layout.slots.push(Slot { aov, offset: layout.stride });
-                layout.stride += aov.channels.len() + usize::from(mean.is_of_finite());
+            match aov.source {
+                Source::Sample(_, mean) => {
+                    layout.slots.push(Slot { aov, offset: layout.stride });
+                    layout.stride += aov.channels.len() + usize::from(mean.is_of_finite());
+                }
+                Source::Coverage(matte) => layout.mattes.push(matte),
+                Source::Pixel(_) => {}
             }
         }
         layout

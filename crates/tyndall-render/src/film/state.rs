@@ -1,13 +1,16 @@
 //! All of a film as bytes, for checkpoints and for parts made elsewhere.
 //!
 //! Little-endian, in this order: [`MAGIC`], version, length of the header, header (JSON: [`Header`]), the closed blocks
-//! of every tile, the noise of every pixel if sampling is adaptive, what guides had learned, and the BLAKE3 digest of
-//! everything before it. What a cancelled pass left is not kept: it is rendered again.
+//! of every tile (statistics, sums, and the pairs of cryptomattes), the noise of every pixel if sampling is adaptive, what
+//! guides had learned, and the BLAKE3 digest of everything before it. What a cancelled pass left is not kept: it is
+//! rendered again.
 
 use super::Film;
+use super::SumLayout;
 use super::block::Block;
 use super::noise::{NoiseMap, PixelNoise};
 use crate::aov::PixelStatistics;
+use crate::aov::cryptomatte::Coverage;
 use crate::guide::GuideState;
 use serde::{Deserialize, Serialize};
 use std::io::{self, Write};
@@ -30,6 +33,8 @@ struct Header {
     is_adaptive: bool,
     /// Bytes of what guides had learned.
     guide: Option<u64>,
+    #[serde(default)]
+    matte_names: [Vec<String>; 2],
     /// What the caller wants to find again.
     description: String,
 }
@@ -85,6 +90,7 @@ impl Film {
             aovs: self.aovs.iter().map(|a| a.name.to_owned()).collect(),
             is_adaptive: self.noise.is_some(),
             guide: guide.map(|bytes| bytes.len() as u64),
+            matte_names: self.matte_names.clone(),
             description: description.to_owned(),
         };
         let header = serde_json::to_vec(&header)?;
@@ -148,9 +154,10 @@ fn read_film(header: &Header, input: &mut Input) -> Result<Film, StateError> {
     }
     let mut film = Film::starting_at(header.first_sample, header.width, header.height, &header.aovs)
         .map_err(StateError::Film)?;
+    film.matte_names.clone_from(&header.matte_names);
     for tile in &mut film.tiles {
         for _ in 0..input.u32()? {
-            let block = input.block(tile.len(), tile.layout.stride)?;
+            let block = input.block(tile.len(), &tile.layout)?;
             if block.first != tile.next_sample() || block.end <= block.first {
                 return Err(StateError::Damaged);
             }
@@ -176,6 +183,13 @@ fn block_bytes(block: &Block) -> Vec<u8> {
         pixel.sum.iter().chain(&pixel.sum_of_squares).for_each(|sum| bytes.extend(sum.to_le_bytes()));
     }
     block.sums.iter().for_each(|sum| bytes.extend(sum.to_le_bytes()));
+    for Coverage(pairs) in &block.coverage {
+        bytes.extend((pairs.len() as u32).to_le_bytes());
+        for (id, weight) in pairs {
+            bytes.extend(id.to_le_bytes());
+            bytes.extend(weight.to_le_bytes());
+        }
+    }
     bytes
 }
 
@@ -233,7 +247,12 @@ impl<'a> Input<'a> {
         Ok(PixelNoise { wanted, count, sums: self.f64s()?, variance: f64::from_le_bytes(self.array()?) })
     }
 
-    fn block(&mut self, pixels: usize, stride: usize) -> Result<Block, StateError> {
+    fn coverage(&mut self) -> Result<Coverage, StateError> {
+        let pairs = (0..self.u32()?).map(|_| Ok((self.u32()?, f64::from_le_bytes(self.array()?))));
+        pairs.collect::<Result<_, _>>().map(Coverage)
+    }
+
+    fn block(&mut self, pixels: usize, layout: &SumLayout) -> Result<Block, StateError> {
         let (first, end) = (self.u32()?, self.u32()?);
         let non_finite = u64::from_le_bytes(self.array()?);
         let mut statistics = Vec::with_capacity(pixels);
@@ -242,9 +261,11 @@ impl<'a> Input<'a> {
             let (sum, sum_of_squares) = (self.f64s()?, self.f64s()?);
             statistics.push(PixelStatistics { count, sum, sum_of_squares });
         }
-        let bytes = self.take(pixels * stride * 8)?;
+        let bytes = self.take(pixels * layout.stride * 8)?;
         let (numbers, _) = bytes.as_chunks::<8>();
         let sums = numbers.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
-        Ok(Block { first, end, non_finite, statistics, sums })
+        let coverage =
+            (0..pixels * layout.mattes.len()).map(|_| self.coverage()).collect::<Result<_, _>>()?;
+        Ok(Block { first, end, non_finite, statistics, sums, coverage })
     }
 }

@@ -2,6 +2,7 @@
 
 use super::SumLayout;
 use super::block::Block;
+use crate::aov::cryptomatte::{Coverage, Matte, RANKS};
 use crate::aov::{Aov, Mean, NO_HIT_DEPTH, PixelStatistics, SampleRecord, Source};
 
 /// A rectangle of pixels with the sums of their samples.
@@ -51,7 +52,7 @@ impl Tile {
     /// cancelled has left is rendered again.
     pub(crate) fn begin(&mut self, end: u32) -> u32 {
         let first = self.next_sample();
-        self.open = Some(Block::new(first, end.max(first), self.len(), self.layout.stride));
+        self.open = Some(Block::new(first, end.max(first), self.len(), &self.layout));
         first
     }
 
@@ -104,11 +105,22 @@ impl Tile {
         self.all_blocks().map(|block| block.statistics[index].count).sum()
     }
 
-    /// The pixel's value of an AOV.
+    /// The pixel's channels of a cryptomatte.
+    pub(super) fn ranked(&self, matte: Matte, index: usize) -> [f32; 2 * RANKS] {
+        let mut total = Coverage::default();
+        if let Some(slot) = self.layout.mattes.iter().position(|known| *known == matte) {
+            let at = index * self.layout.mattes.len() + slot;
+            self.all_blocks().for_each(|block| total.merge(&block.coverage[at]));
+        }
+        total.ranked(self.sample_count(index))
+    }
+
+    /// The pixel's value of an AOV, unless it is a cryptomatte.
     pub(super) fn value(&self, aov: &Aov, index: usize) -> [f32; 4] {
         let mean = match aov.source {
             Source::Pixel(value_of) => return value_of(&self.statistics(index)),
             Source::Sample(_, mean) => mean,
+            Source::Coverage(_) => return [0.0; 4],
         };
         let Some(slot) = self.layout.slots.iter().find(|s| s.aov.name == aov.name) else { return [0.0; 4] };
         let channels = aov.channels.len();

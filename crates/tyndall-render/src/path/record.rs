@@ -2,6 +2,7 @@
 
 use crate::aov::SampleRecord;
 use crate::camera::CameraRay;
+use crate::world::Surface;
 use glam::{DVec3, Vec3A};
 use tyndall_math::{Rgb, mean_component};
 
@@ -125,14 +126,16 @@ impl Recorder {
     pub(super) fn scatter_at_surface(
         &mut self,
         albedo: impl FnOnce() -> Rgb,
-        normal: Vec3A,
-        position: Vec3A,
+        surface: &Surface,
+        throughput: Rgb,
     ) {
         if self.first == First::None {
             self.first = First::Surface;
-            self.record.position = position;
+            self.record.position = surface.position;
             self.record.albedo = albedo();
-            self.record.normal = normal;
+            self.record.normal = surface.frame.frame.normal;
+            self.record.mattes = surface.mattes;
+            self.record.coverage = mean_component(throughput);
             self.record.depth = self.near_depth + self.travelled * self.axial_speed;
         }
     }

@@ -57,8 +57,7 @@ impl<G: Guidance> Path<'_, G> {
         }
         statistics.surface_events += 1;
         let wo = -self.ray.direction;
-        let normal = surface.frame.frame.normal;
-        self.recorder.scatter_at_surface(|| bsdf.albedo(&surface.frame, wo), normal, surface.position);
+        self.recorder.scatter_at_surface(|| bsdf.albedo(&surface.frame, wo), &surface, self.throughput);
         if *emission != Rgb::ZERO {
             self.recorder.add(self.throughput * *emission, self.scatter_count);
         }

@@ -24,8 +24,8 @@ use tyndall_math::random::Pcg;
 use tyndall_shading::{PointCoefficients, ShadingContext, Space, VolumeProgram};
 use tyndall_volume::{BrickGrid, ColorGrid};
 
-/// Mean absolute error of interpolation along one axis, over the mean.
-const TOLERANCE: f64 = 0.01;
+/// Mean absolute error of interpolation along one axis, over the mean. Errors have both signs: means are off by far less.
+const TOLERANCE: f64 = 0.04;
 /// Points at which a program is tried.
 const PROBES: u32 = 1024;
 /// Fewest cells along an axis.

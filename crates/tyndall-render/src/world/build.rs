@@ -1,6 +1,5 @@
 //! From a scene to a world.
 
-use super::World;
 use super::bodies::LightBodies;
 use super::cache::WorldCache;
 use super::clipping;
@@ -9,6 +8,7 @@ use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::placements::Placements;
 use super::surfaces::SurfacesBuilder;
+use super::{MatteName, World};
 use crate::camera::CameraModel;
 use glam::Vec3A;
 use tyndall_scene::prim::{self, Prim};
@@ -83,9 +83,21 @@ impl World {
         cache.baked.drop_unused();
         let infinite_lights: Vec<usize> =
             (0..lights.lights.len()).filter(|&i| lights.lights[i].is_infinite()).collect();
-        let materials = materials.finish();
+        let (materials, material_paths) = materials.finish();
+        let material_names = material_paths.into_iter().map(MatteName::new).collect();
         report_if_dark(&lights, &media, &surfaces, &mut diagnostics);
-        Ok(Self { origin, camera, surfaces, materials, media, lights, infinite_lights, bodies, diagnostics })
+        Ok(Self {
+            origin,
+            camera,
+            surfaces,
+            materials,
+            material_names,
+            media,
+            lights,
+            infinite_lights,
+            bodies,
+            diagnostics,
+        })
     }
 }
 

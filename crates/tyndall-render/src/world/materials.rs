@@ -54,7 +54,10 @@ impl Materials {
         &self.compiled[index]
     }
 
-    pub(super) fn finish(self) -> Vec<CompiledMaterial> {
-        self.compiled
+    /// The materials and their paths; the default has none.
+    pub(super) fn finish(self) -> (Vec<CompiledMaterial>, Vec<Option<PrimPath>>) {
+        let mut paths = vec![None; self.compiled.len()];
+        self.index_of.into_iter().for_each(|(path, index)| paths[index] = path);
+        (self.compiled, paths)
     }
 }

@@ -17,6 +17,8 @@ pub(crate) struct Surface<'a> {
     pub(crate) error: Vec3A,
     /// Shading frame and geometric normal.
     pub(crate) frame: ShadingFrame,
+    /// Ids of its object and its material, for cryptomattes.
+    pub(crate) mattes: [u32; 2],
     /// Scattering, emission, transparency.
     pub(crate) shading: &'a SurfaceShading,
 }
@@ -46,7 +48,9 @@ impl World {
         let of_hit = self.surfaces.surface_of(hit);
         let triangles = of_hit.prim.mesh.triangles();
         let slot = triangles.map_or(0, |t| usize::from(t.subset[of_hit.triangle]));
-        let material = &self.materials[of_hit.prim.materials[slot] as usize];
+        let material_index = of_hit.prim.materials[slot] as usize;
+        let material = &self.materials[material_index];
+        let mattes = [of_hit.prim.matte, self.material_names[material_index].id];
         let mut frame = interpolated_frame(&point, &of_hit, triangles);
         let shading = match material.constant() {
             Some(shading) => shading,
@@ -60,7 +64,7 @@ impl World {
                 shading
             }
         };
-        Surface { position: point.position, error: point.error, frame, shading }
+        Surface { position: point.position, error: point.error, frame, mattes, shading }
     }
 }
 

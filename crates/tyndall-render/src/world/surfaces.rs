@@ -6,6 +6,7 @@ use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::merged::Merged;
 use super::placements::{camera_relative, is_invertible, relative_to};
+use crate::aov::cryptomatte;
 use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -131,6 +132,9 @@ fn bytes_of(triangles: &TriangleMesh) -> usize {
 
 /// A prim's surface: mesh, materials and primvars.
 pub(super) struct SurfacePrim {
+    pub(super) path: PrimPath,
+    /// Id of the path, for cryptomattes.
+    pub(super) matte: u32,
     pub(super) mesh: Arc<SurfaceMesh>,
     /// Material of the mesh, then of each subset.
     pub(super) materials: Vec<u32>,
@@ -198,6 +202,11 @@ impl Surfaces {
 
     pub(super) fn is_emissive(&self) -> bool {
         self.is_emissive
+    }
+
+    /// The prims' paths.
+    pub(super) fn paths(&self) -> impl Iterator<Item = &PrimPath> {
+        self.prims.iter().map(|prim| &prim.path)
     }
 
     pub(super) fn instance_count(&self) -> usize {
@@ -306,7 +315,8 @@ impl SurfacesBuilder {
         self.place(&mesh, &placements, context.origin);
         let primvars = read_primvars(&mesh, primvars, slots.iter().map(|&slot| materials.get(slot)));
         let materials = slots.into_iter().map(|slot| slot as u32).collect();
-        self.prims.push(SurfacePrim { mesh, materials, primvars });
+        let matte = cryptomatte::id(super::matte_name(Some(path)));
+        self.prims.push(SurfacePrim { path: path.clone(), matte, mesh, materials, primvars });
     }
 
     /// Adds the next prim at all its places: to the merged triangles if they are few, else as instances.

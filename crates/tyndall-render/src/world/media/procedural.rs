@@ -17,7 +17,7 @@ use tyndall_shading::{PhaseModel, VolumeMaterial, VolumeProgram};
 use tyndall_volume::{Emission, GridDensity, Medium, Tint};
 
 /// Errors of interpolation above this are worth a message.
-const VISIBLE_ERROR: f64 = 0.03;
+const VISIBLE_ERROR: f64 = 0.08;
 
 /// A procedural medium on its way into the world.
 pub(super) struct Procedural<'a> {
