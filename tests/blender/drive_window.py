@@ -277,7 +277,8 @@ def panel_story() -> Iterator[Any]:
     space = area("PROPERTIES").spaces[0]
     with override("VIEW_3D"):
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.4)
-    area("VIEW_3D").ui_type = "PROPERTIES"
+    divided = area("VIEW_3D")
+    divided.ui_type = "PROPERTIES"
     editors = [a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "PROPERTIES"]
     # Until it is drawn, an editor does not know which tabs it has.
     yield "new editors", pause(2.0)
@@ -293,6 +294,11 @@ def panel_story() -> Iterator[Any]:
         editor.tag_redraw()
     yield "panels of lights", pause(1.5)
     screenshot("panel_light")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=divided, screen=window.screen):
+        bpy.ops.screen.area_close()
+    # Blender refuses edits by others while it renders the preview of a material.
+    yield "the end of previews", pause(3.0)
     LOG["tab"] = space.context
 
 
@@ -302,9 +308,8 @@ def story() -> Iterator[Any]:
     LOG["version"], LOG["python"] = bpy.app.version_string, sys.version
     yield from viewport_story()
     yield from f12_story()
-    yield from showcase_story()
-    build()
     yield from panel_story()
+    yield from showcase_story()
 
 
 def end(problem: str = "") -> None:
