@@ -234,6 +234,7 @@ def f12_story() -> Iterator[Any]:
     LOG["esc"] = time.monotonic() - start
     LOG["esc heard"], LOG["esc obeyed"] = heard["heard"] - start, heard["obeyed"] - heard["heard"]
     LOG["renders"] = seen
+    bpy.context.scene.tyndall.samples = 256
     yield "the render's end", lambda: not bpy.app.is_job_running("RENDER")
     windows = bpy.context.window_manager.windows
     if len(windows) > 1:

@@ -1,6 +1,6 @@
-"""Run by a Python with bpy: ENGINE SHOT WIDTH HEIGHT SECONDS SAMPLES SEED TARGET [GRID] renders a shot.
+"""Run by a Python with bpy: ENGINE SHOT WIDTH HEIGHT SAMPLES SEED TARGET [GRID] renders a shot.
 
-With SAMPLES 0 it takes as many as fit SECONDS of CPU time. Prints samples and CPU seconds as JSON, last.
+Prints the CPU seconds of a render of one sample, and of all, as JSON on the last line.
 """
 
 from __future__ import annotations
@@ -20,8 +20,6 @@ import shots  # noqa: E402
 
 import blender_addon  # noqa: E402
 
-#: Samples of the render that tells how fast it goes.
-_PILOT = 8
 _BOUNCES = 32
 
 
@@ -34,8 +32,8 @@ def timed_render() -> float:
 
 
 def main(engine: str, shot: str, width: str, height: str, *rest: str) -> None:
-    """Render once for the scene to be built, then to be timed, if need be, and to be judged."""
-    seconds, samples, seed, target, *grid = rest
+    """Render once to tell what building the scene takes, and once to be judged."""
+    samples, seed, target, *grid = rest
     blender_addon.register()
     scene = shots.new_scene(engine, resolution=(int(width), int(height)), bounces=_BOUNCES)
     if grid:
@@ -43,15 +41,10 @@ def main(engine: str, shot: str, width: str, height: str, *rest: str) -> None:
     else:
         shots.SHOTS[shot]()
     scene.render.filepath = target
-    # Both engines keep the scene then: what the first render takes is not the price of samples.
-    scene.render.use_persistent_data = True
     shots.set_samples(scene, 1, 1000)
-    setup, count = timed_render(), int(samples)
-    if count == 0:
-        shots.set_samples(scene, _PILOT, 1000)
-        count = max(int(float(seconds) * _PILOT / timed_render()), 1)
-    shots.set_samples(scene, count, int(seed))
-    print("\n" + json.dumps({"samples": count, "setup": setup, "cpu": timed_render()}))  # noqa: T201
+    setup = timed_render()
+    shots.set_samples(scene, int(samples), int(seed))
+    print("\n" + json.dumps({"setup": setup, "cpu": timed_render()}))  # noqa: T201
 
 
 code = 0
