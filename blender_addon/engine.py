@@ -10,6 +10,9 @@ from . import cache, final, passes, viewport
 from .messages import LOG
 from .sync.camera import read_frame
 
+#: Viewports by the id of their engine: when Python's side of it goes, Blender may have taken its attributes.
+_VIEWS: dict[int, viewport.Viewport] = {}
+
 
 class TyndallRenderEngine(bpy.types.RenderEngine):
     """Tyndall.
@@ -22,8 +25,6 @@ class TyndallRenderEngine(bpy.types.RenderEngine):
     bl_use_preview = True
     bl_use_eevee_viewport = True
     bl_use_shading_nodes_custom = False
-
-    view: viewport.Viewport | None = None
 
     def update(self, _data: bpy.types.BlendData, depsgraph: bpy.types.Depsgraph) -> None:
         """Take note of what changed since the last render of a scene that is kept."""
@@ -58,10 +59,10 @@ class TyndallRenderEngine(bpy.types.RenderEngine):
         self._guarded(lambda view: view.draw(self, context, depsgraph))
 
     def _guarded(self, action: object) -> None:
-        if self.view is None:
-            self.view = viewport.Viewport()
+        if id(self) not in _VIEWS:
+            _VIEWS[id(self)] = viewport.Viewport()
         try:
-            action(self.view)  # type: ignore[operator]
+            action(_VIEWS[id(self)])  # type: ignore[operator]
         except tyndall.Error as error:
             self.update_stats("Tyndall", str(error))
         except BaseException as error:
@@ -70,7 +71,7 @@ class TyndallRenderEngine(bpy.types.RenderEngine):
 
     def __del__(self) -> None:
         """End the viewport's render."""
-        view = getattr(self, "view", None)
+        view = _VIEWS.pop(id(self), None)
         if view is not None:
             view.stop()
 

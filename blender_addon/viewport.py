@@ -119,7 +119,9 @@ class Viewport:
     """The state of one viewport."""
 
     def __init__(self) -> None:
-        self._sync = SceneSync(self._read_anew)
+        # Not kept by what it keeps: it goes with its engine, and the copy of the scene with it.
+        read_anew = weakref.WeakMethod(self._read_anew)
+        self._sync = SceneSync(lambda: living() if (living := read_anew()) else None)
         self._redraw: Callable[[], None] = lambda: None
         self._job: Job | None = None
         self._texture: gpu.types.GPUTexture | None = None

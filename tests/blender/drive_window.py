@@ -25,11 +25,12 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
 
 import shots  # noqa: E402
+import showcase  # noqa: E402
 
 FOLDER = Path(sys.argv[-1])
 LOG: dict[str, Any] = {"steps": [], "pictures": {}}
 #: Seconds that a step may take; software drawing on a busy machine is slow.
-PATIENCE = 90.0
+PATIENCE = 240.0
 #: Samples per pixel that show what there is.
 ENOUGH = 8
 
@@ -191,6 +192,26 @@ def viewport_story() -> Iterator[Any]:
     yield "the viewport's end", pause(1.0)
 
 
+def listen_for_stops() -> dict[str, float]:
+    """Return what will hold when a render hears of Esc, and when it has handed its picture over."""
+    final = next(m for name, m in sys.modules.items() if name.endswith("tyndall.final"))
+    times: dict[str, float] = {}
+    told, run = final._Render._progress, final._Render.run
+
+    def listening(self: Any, progress: Any) -> bool:
+        goes_on = told(self, progress)
+        if not goes_on:
+            times.setdefault("heard", time.monotonic())
+        return goes_on
+
+    def running(self: Any, frame: float) -> None:
+        run(self, frame)
+        times.setdefault("obeyed", time.monotonic())
+
+    final._Render._progress, final._Render.run = listening, running
+    return times
+
+
 def f12_story() -> Iterator[Any]:
     """F12 to the end, and F12 with Esc."""
     seen: list[str] = []
@@ -202,6 +223,7 @@ def f12_story() -> Iterator[Any]:
     yield "F12 drawn", pause(1.5)
     screenshot("f12")
     bpy.context.scene.tyndall.samples = 1_000_000
+    heard = listen_for_stops()
     with override("VIEW_3D"):
         bpy.ops.render.render("INVOKE_DEFAULT")
     yield "a long render", pause(4.0)
@@ -210,7 +232,9 @@ def f12_story() -> Iterator[Any]:
     subprocess.run(["xdotool", "key", "Escape"], check=True)
     yield "Esc", lambda: "cancel" in seen
     LOG["esc"] = time.monotonic() - start
+    LOG["esc heard"], LOG["esc obeyed"] = heard["heard"] - start, heard["obeyed"] - heard["heard"]
     LOG["renders"] = seen
+    bpy.context.scene.tyndall.samples = 256
     yield "the render's end", lambda: not bpy.app.is_job_running("RENDER")
     windows = bpy.context.window_manager.windows
     if len(windows) > 1:
@@ -219,13 +243,43 @@ def f12_story() -> Iterator[Any]:
     yield "one window", pause(1.0)
 
 
+def painter() -> Any:
+    """Return what has skies painted."""
+    return next(m for name, m in sys.modules.items() if name.endswith("tyndall.sync.sky")).PAINTER
+
+
+def showcase_story() -> Iterator[Any]:
+    """The pictures of the documentation: a shot, the add-on's panels, a material."""
+    scene = showcase.build(FOLDER)
+    scene.render.preview_pixel_size = "1"
+    scene.tyndall.samples = 256
+    scene.tyndall.viewport_samples = 6 * ENOUGH
+    area("PROPERTIES").spaces[0].context = "RENDER"
+    area("OUTLINER").ui_type = "PROPERTIES"
+    yield from picture_after("showcase_first", show_rendered)
+    yield "the sky", lambda: painter()._running is None and len(painter()._skies) > 0
+    yield "the viewport with the sky", pause(2.0)
+    for tab in ("MATERIAL", "WORLD"):
+        for editor in bpy.context.window_manager.windows[0].screen.areas:
+            if editor.type == "PROPERTIES" and editor.spaces[0].context != "RENDER":
+                editor.spaces[0].context = tab
+                editor.tag_redraw()
+        yield "the shot's last sample", lambda: not job().is_running
+        yield f"panels {tab}", pause(3.0)
+        screenshot(f"showcase_{tab.lower()}")
+    LOG["skies"] = [type(sky).__name__ for sky in painter()._skies.values()]
+    area("VIEW_3D").spaces[0].shading.type = "SOLID"
+    yield "the viewport's end", pause(1.0)
+
+
 def panel_story() -> Iterator[Any]:
     """Every panel of the properties editor, with the material preview."""
     bpy.context.view_layer.objects.active = bpy.data.objects["Sphere"]
     space = area("PROPERTIES").spaces[0]
     with override("VIEW_3D"):
         bpy.ops.screen.area_split(direction="VERTICAL", factor=0.4)
-    area("VIEW_3D").ui_type = "PROPERTIES"
+    divided = area("VIEW_3D")
+    divided.ui_type = "PROPERTIES"
     editors = [a for a in bpy.context.window_manager.windows[0].screen.areas if a.type == "PROPERTIES"]
     # Until it is drawn, an editor does not know which tabs it has.
     yield "new editors", pause(2.0)
@@ -241,6 +295,11 @@ def panel_story() -> Iterator[Any]:
         editor.tag_redraw()
     yield "panels of lights", pause(1.5)
     screenshot("panel_light")
+    window = bpy.context.window_manager.windows[0]
+    with bpy.context.temp_override(window=window, area=divided, screen=window.screen):
+        bpy.ops.screen.area_close()
+    # Blender refuses edits by others while it renders the preview of a material.
+    yield "the end of previews", pause(3.0)
     LOG["tab"] = space.context
 
 
@@ -251,6 +310,7 @@ def story() -> Iterator[Any]:
     yield from viewport_story()
     yield from f12_story()
     yield from panel_story()
+    yield from showcase_story()
 
 
 def end(problem: str = "") -> None:
