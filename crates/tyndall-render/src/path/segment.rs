@@ -46,7 +46,6 @@ impl<G: Guidance> Path<'_, G> {
             Some(u) => self.sample_camera_segment::<MEDIA>(u, &ray, lit, scratch, statistics),
             None => match self.guidance.further(ray.direction) {
                 Some(guide) => {
-                    statistics.guided_segments += 1;
                     let u = self.rng.next_f32();
                     self.sample_guided(&guide, u, false, &ray, scratch, statistics).0.walk
                 }
@@ -142,6 +141,7 @@ impl<G: Guidance> Path<'_, G> {
         scratch: &Scratch,
         statistics: &mut PathStatistics,
     ) -> (Resampled, SegmentEnding) {
+        statistics.guided_segments += 1;
         let flights = guide.normalized_flights();
         let options = ResampleOptions {
             majorant_scale: guide.majorant_scale(),

@@ -17,7 +17,7 @@ pub struct PathStatistics {
     pub volume_events: u64,
     /// Scattering events at which the field was asked for directions.
     pub guided_events: u64,
-    /// Segments after the camera's that the field told how likely to scatter.
+    /// Segments whose choice between volume and surface was guided.
     pub guided_segments: u64,
     /// Candidates, look-ups and majorant violations.
     pub walks: WalkStats,
