@@ -25,6 +25,7 @@ from typing import Any
 
 import lean
 import shots
+import strategies
 from measure import Measurement, Pairs, Worker, WorkerError, alternate, error_at, ladder, samples_per_second
 from support.shared import REPO, shared_root
 
@@ -32,7 +33,7 @@ SCENES = ("kitchen", "jungle", "cloud", "landscape", "underwater")
 RENDERERS = ("tyndall", "cycles", "mitsuba-llvm", "mitsuba-scalar")
 PARTS = ("peers", "start", "lean")
 #: Measured if asked for: it takes longer than all of these.
-FURTHER_PARTS = ("shots",)
+FURTHER_PARTS = ("strategies", "shots")
 STARTS = 5
 
 
@@ -184,7 +185,9 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--shot-frames", type=int, default=shots.N_FRAMES, help="frames of each shot")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "bench")
     arguments = parser.parse_args()
-    if {"peers", "start"} & set(arguments.parts) and not (shared_root() / "cases" / "scenes").is_dir():
+    if {"peers", "start", "strategies"} & set(arguments.parts) and not (
+        shared_root() / "cases" / "scenes"
+    ).is_dir():
         sys.exit(f"{shared_root()} is absent: set TYNDALL_SHARED to the folder with the benchmark scenes")
     return arguments
 
@@ -214,6 +217,16 @@ def main() -> None:
         results["lean"] = [asdict(check) for check in checks]
         head = ["unused", "measured", "without", "with", "ratio"]
         texts.append("What is not used costs nothing:\n\n" + table([head, *map(lean.row, checks)]) + "\n")
+    if "strategies" in arguments.parts:
+        found = strategies.measure(
+            arguments.scenes, arguments.threads, arguments.seconds, arguments.out, environment()
+        )
+        results["strategies"] = [asdict(m) for m in found]
+        for seconds in arguments.seconds:
+            rows = strategies.summary(found, arguments.threads, seconds)
+            texts.append(
+                f"relMSE after {seconds:g} CPU s a thread (gain over delta), directions guided:\n\n{table(rows)}\n"
+            )
     if "shots" in arguments.parts:
         frames = shots.measure(arguments.shots, arguments.modes, arguments.shot_spp, arguments.shot_frames)
         results["shots"] = shots.as_json(frames)

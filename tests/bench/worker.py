@@ -28,8 +28,8 @@ Prepare = Callable[[int, int], Callable[[], np.ndarray]]
 SAMPLES_PER_PASS = 16
 
 
-def tyndall(scene: Path, threads: int) -> Prepare:
-    """Return a function that renders with our renderer from the USD twin of the scene."""
+def tyndall(scene: Path, threads: int, **chosen: str) -> Prepare:
+    """Return a function that renders with our renderer from the USD twin of the scene, with `chosen` settings."""
     import tyndall
     from support.render import sync_stage
 
@@ -41,6 +41,7 @@ def tyndall(scene: Path, threads: int) -> Prepare:
         "filter": "box",
         "threads": threads,
         "aovs": ["rgba"],
+        **chosen,
     }
 
     def prepare(spp: int, seed: int) -> Callable[[], np.ndarray]:
@@ -90,6 +91,10 @@ RENDERERS: dict[str, Callable[[Path, int], Prepare]] = {
     "cycles": cycles,
     "mitsuba-llvm": mitsuba("llvm_ad_rgb"),
     "mitsuba-scalar": mitsuba("scalar_rgb"),
+    **{
+        f"tyndall-{strategy}": partial(tyndall, distanceSampling=strategy, guiding="on")
+        for strategy in ("delta", "nds", "nds+", "target", "odds")
+    },
 }
 
 
