@@ -185,9 +185,8 @@ def parse() -> argparse.Namespace:
     parser.add_argument("--shot-frames", type=int, default=shots.N_FRAMES, help="frames of each shot")
     parser.add_argument("--out", type=Path, default=REPO / "out" / "bench")
     arguments = parser.parse_args()
-    if {"peers", "start", "strategies"} & set(arguments.parts) and not (
-        shared_root() / "cases" / "scenes"
-    ).is_dir():
+    needs_scenes = {"peers", "start", "strategies"} & set(arguments.parts)
+    if needs_scenes and not (shared_root() / "cases" / "scenes").is_dir():
         sys.exit(f"{shared_root()} is absent: set TYNDALL_SHARED to the folder with the benchmark scenes")
     return arguments
 
@@ -224,9 +223,8 @@ def main() -> None:
         results["strategies"] = [asdict(m) for m in found]
         for seconds in arguments.seconds:
             rows = strategies.summary(found, arguments.threads, seconds)
-            texts.append(
-                f"relMSE after {seconds:g} CPU s a thread (gain over delta), directions guided:\n\n{table(rows)}\n"
-            )
+            title = f"relMSE after {seconds:g} CPU s a thread (gain over delta), directions guided:"
+            texts.append(f"{title}\n\n{table(rows)}\n")
     if "shots" in arguments.parts:
         frames = shots.measure(arguments.shots, arguments.modes, arguments.shot_spp, arguments.shot_frames)
         results["shots"] = shots.as_json(frames)

@@ -1,7 +1,7 @@
 """How the distance to the next scattering is sampled: all strategies at equal time, within this renderer.
 
-All of them guide directions, so that only the distances differ (as in the table of Xu et al. 2024). Strategies
-whose names begin with "nds" and "target" are the paper's; "delta" samples by transmittance, "odds" is ours.
+All of them guide directions, so that only the distances differ (as in the table of Xu et al. 2024): the
+paper's are "nds", "nds+" and "target"; "delta" samples by transmittance, "odds" is ours.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def measure(
 
 
 def summary(measurements: list[Measurement], threads: int, seconds: float) -> list[list[str]]:
-    """Return the rows of a table: relMSE after so many seconds, and how many times less that is than the first's."""
+    """Return the rows of a table: relMSE after so many seconds, and the first's over it."""
     rows = [["scene", *RENDERERS]]
     gains: dict[str, list[float]] = {renderer: [] for renderer in RENDERERS}
     for scene in dict.fromkeys(m.scene for m in measurements):

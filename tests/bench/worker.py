@@ -29,7 +29,7 @@ SAMPLES_PER_PASS = 16
 
 
 def tyndall(scene: Path, threads: int, **chosen: str) -> Prepare:
-    """Return a function that renders with our renderer from the USD twin of the scene, with `chosen` settings."""
+    """Return a function that renders with our renderer and `chosen` settings from the scene's USD twin."""
     import tyndall
     from support.render import sync_stage
 
