@@ -241,3 +241,20 @@ def test_auto_is_the_same_on_any_number_of_threads(tmp_path: Path) -> None:
     closed = bounced_light(tmp_path, 48)
     images = [closed.render(threads=n, spp=128, max_bounces=2)["rgba"] for n in (1, 2)]
     assert np.array_equal(*images)
+
+
+def test_odds_of_the_field_find_mist_behind_the_first_event(tmp_path: Path) -> None:
+    """Light reaches the floor from thin mist above it only, which the camera's own segments do not cross."""
+    stage = StageBuilder(12, 12)
+    stage.camera((0, 0.8, 0.8), (0, 0, 0), vfov=30)
+    stage.quad((-3, 0, 3), (6, 0, 0), (0, 0, -6), stage.lambert(0.8))
+    stage.box((-3, 1, -3), (3, 2, 3), stage.medium(0.1, 1.0))
+    stage.distant((1, 0, 0), 3.0)
+    shot = Shot(stage, tmp_path)
+    found = {}
+    for sampling in ("delta", "odds"):
+        found[sampling] = shot.seeds(16, spp=64, max_bounces=2, distanceSampling=sampling, guiding="on")
+    delta, odds = (estimate(found[sampling]) for sampling in ("delta", "odds"))
+    assert (np.abs(odds.mean - delta.mean) < 4 * np.hypot(odds.error, delta.error)).all()
+    variances = {sampling: images.var(axis=0, ddof=1).mean() for sampling, images in found.items()}
+    assert variances["odds"] < 0.3 * variances["delta"], variances
