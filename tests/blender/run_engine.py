@@ -106,9 +106,9 @@ def missing_grid(folder: Path) -> dict[str, Any]:
 def unknown_node(folder: Path) -> dict[str, Any]:
     scene = still_life(folder)
     tree = bpy.data.objects["Sphere"].active_material.node_tree
-    noise = tree.nodes.new("ShaderNodeTexNoise")
+    magic = tree.nodes.new("ShaderNodeTexMagic")
     shader = next(n for n in tree.nodes if n.bl_idname == "ShaderNodeBsdfPrincipled")
-    tree.links.new(noise.outputs["Color"], shader.inputs["Base Color"])
+    tree.links.new(magic.outputs["Color"], shader.inputs["Base Color"])
     return {"said": render(), "report": messages.last(scene.name).text()}
 
 

@@ -107,7 +107,7 @@ def test_missing_grids_are_named_and_strict_renders_fail(tmp_path: Path) -> None
 def test_unknown_nodes_are_named(tmp_path: Path) -> None:
     seen = play("unknown_node", tmp_path)
     assert seen["said"] == "FINISHED"
-    assert "Noise Texture" in seen["report"]
+    assert "Magic Texture" in seen["report"]
 
 
 def test_what_cannot_be_rendered_is_named(tmp_path: Path) -> None:

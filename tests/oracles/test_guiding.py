@@ -230,11 +230,17 @@ def test_auto_finds_out_whether_directions_pay(tmp_path: Path) -> None:
     assert len(trials["fog"]["arms"]) == 3
 
 
-def test_auto_learns_nothing_where_that_cannot_pay(shot: Shot) -> None:
-    for settings in ({"spp": 128, "max_bounces": 1}, {"spp": 64, "max_bounces": BOUNCES}):
-        session = shot.session(**settings)
-        session.render()
-        assert "guide" not in session.statistics
+def test_auto_learns_nothing_where_that_cannot_pay(shot: Shot, tmp_path: Path) -> None:
+    """Few samples; and direct light only, which knows no further segments, and without media no choice."""
+    short = shot.session(spp=64, max_bounces=BOUNCES)
+    short.render()
+    assert "guide" not in short.statistics
+    direct = shot.session(spp=128, max_bounces=1)
+    direct.render()
+    assert "field" not in direct.statistics["guide"]
+    closed = bounced_light(tmp_path, 24).session(spp=128, max_bounces=1)
+    closed.render()
+    assert "guide" not in closed.statistics
 
 
 def test_auto_is_the_same_on_any_number_of_threads(tmp_path: Path) -> None:
