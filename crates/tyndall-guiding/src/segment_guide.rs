@@ -14,6 +14,9 @@ const MAX_SCALE: f32 = 1e3;
 /// Part of T̂ that must remain, or the walk plays roulette.
 const FAINT: f32 = 0.05;
 
+/// Choosing on a further segment must leave less than this of tracking's second moment.
+const WORTH_CHOOSING: f32 = 0.8;
+
 /// How the distance along camera segments is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Strategy {
@@ -162,10 +165,12 @@ impl FurtherSegments {
         Self { strategy, cost_factor: costs.odds_factor() }
     }
 
-    /// What the sums of a direction say.
+    /// What the sums of a direction say; `None` where tracking is about as good, which sees candidates only up to the first
+    /// collision (in a dense cloud choosing takes three times as long, and there is nothing to choose).
     #[inline]
-    pub fn guide(&self, moments: &Moments) -> SegmentGuide {
-        SegmentGuide::of_direction(moments, self.strategy, self.cost_factor)
+    pub fn guide(&self, moments: &Moments) -> Option<SegmentGuide> {
+        let pays = second_moment_left(moments) < WORTH_CHOOSING;
+        pays.then(|| SegmentGuide::of_direction(moments, self.strategy, self.cost_factor))
     }
 }
 
@@ -176,6 +181,16 @@ impl NormalizedFlights {
         let target = moments.odds().predicted_probability(moments.w, moments.t);
         Self { target: TargetProbability::new(target).target(), exponent, alpha: ALPHA }
     }
+}
+
+/// What the best choice leaves of tracking's second moment: (κW̄+T̄)² of κ²W̄+T̄, both over the squared radiance of the
+/// surface, with W̄+T̄ = 1. One where nothing passes, nothing scatters or both classes are as bright.
+fn second_moment_left(moments: &Moments) -> f32 {
+    let kappa = moments.odds().kappa();
+    let sum = moments.w + moments.t;
+    let (w, t) = (moments.w / sum, moments.t / sum);
+    let left = (kappa * w + t) * (kappa * w + t) / (kappa * kappa * w + t);
+    if left.is_finite() { left } else { 1.0 }
 }
 
 /// The factor that lets the probability to expect be reached: [`headroom_depth`] against the mean optical depth.

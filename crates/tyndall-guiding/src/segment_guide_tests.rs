@@ -98,3 +98,15 @@ fn normalised_flights_aim_at_the_same_probability_and_never_lower_it() {
     assert!((probability(0.9) - 0.9).abs() < 1e-6);
     assert_eq!((probability(0.0), probability(1.0)), (0.0, 1.0));
 }
+
+#[test]
+fn further_segments_choose_where_that_pays() {
+    let further = FurtherSegments::new(Strategy::Odds, &EQUAL_COSTS);
+    let chooses = |w, lv, ls| further.guide(&moments(w, lv, ls, 0.3)).is_some();
+    assert!(!chooses(0.3, 1.0, 1.0), "both are as bright");
+    assert!(!chooses(1.0, 1.0, 1.0), "nothing passes");
+    assert!(!chooses(0.0, 1.0, 1.0), "nothing scatters");
+    assert!(chooses(0.1, 10.0, 0.1), "thin mist before darkness");
+    assert!(chooses(0.95, 0.1, 10.0), "a lamp behind smoke");
+    assert!(further.guide(&Moments::default()).is_none(), "nothing is known");
+}

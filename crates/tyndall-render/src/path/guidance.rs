@@ -238,7 +238,7 @@ impl Guidance for Guided<'_> {
     fn further(&mut self, direction: Vec3A) -> Option<SegmentGuide> {
         let further = self.guides.further?;
         let region = self.region.take()?;
-        Some(further.guide(&region.moments_towards(direction)))
+        further.guide(&region.moments_towards(direction))
     }
 
     #[inline]
