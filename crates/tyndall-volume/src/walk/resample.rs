@@ -8,6 +8,13 @@
 //!
 //! In homogeneous media W = 1 - T in closed form, without candidates.
 //!
+//! Measured and left out: taking candidate i with w_i S_i / Σ w_j S_j, half of the time, S being the light that media are
+//! known to scatter about there (the mean of what the paths of earlier passes gathered at their collisions, in a tree of
+//! boxes of 128 samples each; eight stratified distances in homogeneous media). Error and time over those without, guided:
+//! kitchen .96 and 1.06, underwater 1.00 and 1.36; variance and time of a lantern behind pillars in thin fog .98 and 1.19,
+//! in dense fog .90 and 1.09, of a glowing mesh instead of it 1.14 and 1.23. Where lamps light a ray is found already, by
+//! sampling them before the distance; what is left, light of higher orders, varies too little along rays to pay for asking.
+//!
 //! Channels: p_i is the mean of the channels' σ_t/σ̄ weighted by what they still carry, as in [`super::track`]; the rest
 //! is a colour of the candidate, so that W and T̂ are scalars. Media that only absorb are a colour too.
 
