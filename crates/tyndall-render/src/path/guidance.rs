@@ -24,7 +24,7 @@ const MIN_SHARE: f32 = 0.15;
 /// Events of a path at which the field is asked. Later ones carry little and cost as much (kitchen: .204 of error with all
 /// events, .207 with four, at .93 of the time).
 const GUIDED_EVENTS: u32 = 4;
-/// Events of a path whose directions are guided: products and densities are most of what guiding costs, and each multiplies
+/// Events of a path whose directions are guided, the first ones where the field narrows what the vertex does: products and densities are most of what guiding costs, and each multiplies
 /// the path's weight by up to two where the field is wrong. Error times time over those of unguided renders, with odds, of
 /// four, two, one and none: underwater .91 .91 .83 .88; kitchen 1.42 1.32 1.30 1.35; jungle 1.62 1.59 1.45 1.28.
 const DIRECTED_EVENTS: u32 = 1;
@@ -68,14 +68,20 @@ pub(super) trait Guidance {
     /// How the camera's segment chooses between volume and surface; `None` tracks.
     fn camera(&self) -> Option<SegmentGuide>;
 
-    /// The same for the segment that leaves the last vertex asked about in this direction, once.
+    /// The same for the segment that leaves the last event in this direction, once.
     fn further(&mut self, direction: Vec3A) -> Option<SegmentGuide>;
 
     /// What the light that arrives at a vertex adds to where the vertex would look for it; `None` where that is next to
     /// nothing, or the vertex scatters too narrowly to follow it.
+    ///
+    /// All techniques that sample the light at a vertex must get the same answer, or their weights do not add up: it
+    /// depends on the events that were counted before.
     fn directions(&mut self, vertex: &Vertex<'_>, rng: &mut Pcg) -> Option<Self::Directions>;
 
-    /// Radiance expected from this direction at the last vertex asked about, in that of the pixel; `None` if unknown.
+    /// The path scatters at the last vertex asked about, and `is_guided` if the field has a say in its direction.
+    fn count_event(&mut self, is_guided: bool);
+
+    /// Radiance expected from this direction at the last event, in that of the pixel; `None` if unknown.
     fn importance(&self, direction: Vec3A) -> Option<f32>;
 
     /// Shifts a stratified number that is compared with a guided probability.
@@ -139,6 +145,9 @@ impl Guidance for Unguided {
     }
 
     #[inline]
+    fn count_event(&mut self, _: bool) {}
+
+    #[inline]
     fn shift(&mut self, u: f32) -> f32 {
         u
     }
@@ -191,10 +200,13 @@ impl Directions for Infallible {
 /// A path that follows [`Guides`] or teaches them.
 pub(super) struct Guided<'a> {
     guides: Guides<'a>,
-    /// What the field knows about the last vertex asked about, until its segment has chosen.
+    /// What the field knows about the last vertex asked about: an event, or a point that may be lit.
+    asked: Option<&'a Region>,
+    /// The same of the last event, until its segment has chosen.
     region: Option<&'a Region>,
-    /// How many vertices were asked about.
-    n_asked: u32,
+    /// Scattering events so far, and those whose directions were guided.
+    n_events: u32,
+    n_directed: u32,
     shifts: Shifts,
     /// Not a part of the path, which is moved when it is over.
     trail: Option<&'a mut Trail>,
@@ -212,8 +224,10 @@ impl<'a> Guided<'a> {
         Self {
             shifts: Shifts::new(seed, pixel, guides.epoch),
             guides,
+            asked: None,
             region: None,
-            n_asked: 0,
+            n_events: 0,
+            n_directed: 0,
             trail,
             lights_candidates: false,
             is_lit: false,
@@ -254,17 +268,16 @@ impl Guidance for Guided<'_> {
     }
 
     fn directions(&mut self, vertex: &Vertex<'_>, rng: &mut Pcg) -> Option<LearnedDirections> {
-        self.region = None;
-        let field = self.guides.field.filter(|_| self.n_asked < GUIDED_EVENTS)?;
-        self.n_asked += 1;
+        self.asked = None;
+        let field = self.guides.field.filter(|_| self.n_events < GUIDED_EVENTS)?;
         let spread = vertex.spread();
         if spread == Spread::Narrow {
             return None;
         }
         let position = vertex.position();
         let region = field.region(position, vertex.class(), rng.next_f32())?;
-        self.region = Some(region);
-        if !self.guides.directs || self.n_asked > DIRECTED_EVENTS {
+        self.asked = Some(region);
+        if !self.guides.directs || self.n_directed >= DIRECTED_EVENTS {
             return None;
         }
         let (mixture, share) = match vertex {
@@ -282,6 +295,13 @@ impl Guidance for Guided<'_> {
             share: share.min(MAX_SHARE),
             n_samples: region.n_samples(),
         })
+    }
+
+    #[inline]
+    fn count_event(&mut self, is_guided: bool) {
+        self.region = self.asked.take();
+        self.n_events += 1;
+        self.n_directed += u32::from(is_guided);
     }
 
     #[inline]

@@ -88,6 +88,7 @@ impl<G: Guidance> Path<'_, G> {
             let light = self.direct_light::<MEDIA>(&vertex, scratch, statistics);
             self.recorder.add(light, self.scatter_count);
         }
+        self.guidance.count_event(vertex.is_guided());
         let mut u = self.sampler.next_4d();
         if vertex.is_guided() {
             statistics.guided_events += 1;
