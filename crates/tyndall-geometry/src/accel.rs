@@ -14,8 +14,11 @@ use std::ops::Range;
 use std::sync::Arc;
 use tyndall_math::Ray;
 
+mod motion;
 mod placement;
 
+pub use motion::InstanceKey;
+use motion::Motion;
 pub(crate) use placement::Placement;
 
 /// An object and its place.
@@ -25,6 +28,9 @@ pub struct Instance {
     pub blas: Arc<Blas>,
     /// Where: object to camera-relative world. May mirror and scale unevenly.
     pub world_from_object: Affine3A,
+    /// Where it is while the shutter is open, at ascending times; empty if it stands still. `world_from_object` does not
+    /// count if there are any.
+    pub motion: Vec<InstanceKey>,
 }
 
 /// The nearest thing a ray meets.
@@ -60,6 +66,7 @@ pub struct Crossing {
 pub struct Accel {
     bvh: WideBvh,
     placements: Vec<Placement>,
+    motions: Vec<Motion>,
     objects: Vec<Arc<Blas>>,
     /// Instances in the tree.
     n_active: usize,
@@ -73,18 +80,27 @@ impl Accel {
         let mut object_of_address = FxHashMap::<*const Blas, u32>::default();
         let mut objects = Vec::new();
         let mut placements = Vec::with_capacity(instances.len());
-        for Instance { blas, world_from_object } in instances {
+        let mut motions = Vec::new();
+        for Instance { blas, world_from_object, motion } in instances {
             let object = *object_of_address.entry(Arc::as_ptr(&blas)).or_insert_with(|| {
                 objects.push(blas);
                 objects.len() as u32 - 1
             });
-            placements.push(Placement::new(object, &world_from_object));
+            placements.push(if motion.is_empty() {
+                Placement::new(object, &world_from_object)
+            } else {
+                motions.push(Motion::new(object, motion));
+                motions[motions.len() - 1].placement(motions.len() as u32 - 1)
+            });
         }
-        let world_bounds = |p: &Placement| p.world_bounds(&objects[p.object as usize].object_bounds());
+        let world_bounds = |p: &Placement| {
+            let object = objects[p.object as usize].object_bounds();
+            p.motion().map_or_else(|| p.world_bounds(&object), |m| motions[m].world_bounds(&object))
+        };
         let boxes: Vec<Bounds> = placements.par_iter().map(world_bounds).collect();
         let n_active = boxes.iter().filter(|b| !b.is_empty()).count();
         let bvh = build(&boxes, Leaves { max_primitives: 1, primitives_per_item: 1 });
-        Self { bvh, placements, objects, n_active, simd: SimdLevel::detect() }
+        Self { bvh, placements, motions, objects, n_active, simd: SimdLevel::detect() }
     }
 
     /// Uses other instructions. Results don't change; for tests and comparisons.
@@ -106,66 +122,98 @@ impl Accel {
     /// Bytes on the heap, the objects' included.
     pub fn memory_bytes(&self) -> usize {
         let objects: usize = self.objects.iter().map(|b| size_of::<Blas>() + b.memory_bytes()).sum();
-        self.bvh.memory_bytes() + size_of_val(self.placements.as_slice()) + objects
+        let motions: usize = self.motions.iter().map(Motion::memory_bytes).sum();
+        self.bvh.memory_bytes() + size_of_val(self.placements.as_slice()) + motions + objects
     }
 
-    /// Least and greatest world coordinates of everything; inverted infinities if there is nothing.
+    /// Whether any instance moves; if none does, times do not matter.
+    pub fn moves(&self) -> bool {
+        !self.motions.is_empty()
+    }
+
+    /// Least and greatest world coordinates of everything at any time; inverted infinities if there is nothing.
     pub fn bounds(&self) -> (Vec3A, Vec3A) {
         let all = self.bvh.bounds();
         (all.min, all.max)
     }
 
     /// The nearest hit with `0 <= t <= t_max`; among equally near ones that of the lower (instance, primitive).
-    /// A ray that is not finite or has no direction hits nothing.
+    /// A ray that is not finite or has no direction hits nothing. `time` is in [0, 1] from the opening of the shutter to its
+    /// closing.
     #[inline]
-    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+    pub fn intersect(&self, ray: &Ray, time: f32) -> Option<Hit> {
         if !is_traceable(ray) {
             return None;
         }
         // A distance that overflows is not a hit.
         let best =
             Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
-        let hit = run(self.simd, NearestTask { accel: self, ray, best });
+        let hit = run(self.simd, NearestTask { accel: self, ray, time, best });
         (hit.instance != u32::MAX).then_some(hit)
     }
 
     /// Whether anything is hit with `0 <= t <= t_max`.
     #[inline]
-    pub fn occluded(&self, ray: &Ray) -> bool {
-        is_traceable(ray) && run(self.simd, AnyTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)) })
+    pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
+        let within = ray.up_to(ray.t_max.min(f32::MAX));
+        is_traceable(ray) && run(self.simd, AnyTask { accel: self, ray: &within, time })
     }
 
     /// Appends every crossing with `0 <= t <= t_max`, ordered by (instance, t). A ray through an edge or corner of a
     /// closed mesh crosses as if it passed infinitesimally beside it.
-    pub fn intersect_all(&self, ray: &Ray, out: &mut Vec<Crossing>) {
+    pub fn intersect_all(&self, ray: &Ray, time: f32, out: &mut Vec<Crossing>) {
         if !is_traceable(ray) {
             return;
         }
         let first = out.len();
-        run(self.simd, AllTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)), out });
+        run(self.simd, AllTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)), time, out });
         out[first..].sort_unstable_by(|a, b| {
             let by_t = (a.instance, a.t.to_bits()).cmp(&(b.instance, b.t.to_bits()));
             by_t.then((!a.entering, a.primitive).cmp(&(!b.entering, b.primitive)))
         });
     }
 
-    /// Where and with what orientation the surface is that `ray` hit.
+    /// Where and with what orientation the surface is that `ray` hit at `time`.
     #[inline(always)]
-    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+    pub fn surface_point(&self, ray: &Ray, time: f32, hit: &Hit) -> SurfacePoint {
         let placement = &self.placements[hit.instance as usize];
-        surface::surface_point(&self.objects[placement.object as usize], placement, ray, hit)
+        let object = &self.objects[placement.object as usize];
+        match placement.motion() {
+            None => surface::surface_point(object, placement, ray, hit),
+            Some(motion) => self.moving_surface_point(motion, object, ray, time, hit),
+        }
+    }
+
+    #[cold]
+    fn moving_surface_point(
+        &self,
+        motion: usize,
+        object: &Blas,
+        ray: &Ray,
+        time: f32,
+        hit: &Hit,
+    ) -> SurfacePoint {
+        surface::surface_point(object, &self.motions[motion].at(time), ray, hit)
     }
 
     /// An object-space normal of `instance` as a unit vector of the world, on the same side of the surface; zero if it
     /// vanishes.
     #[inline]
-    pub fn world_normal(&self, instance: u32, object_normal: Vec3A) -> Vec3A {
-        self.placements[instance as usize].world_normal(object_normal)
+    pub fn world_normal(&self, instance: u32, time: f32, object_normal: Vec3A) -> Vec3A {
+        let placement = &self.placements[instance as usize];
+        match placement.motion() {
+            None => placement.world_normal(object_normal),
+            Some(motion) => self.motions[motion].at(time).world_normal(object_normal),
+        }
     }
 
-    /// The transform of `instance` as it is used.
-    pub fn world_from_object(&self, instance: u32) -> Affine3A {
-        self.placements[instance as usize].world_from_object()
+    /// The transform of `instance` at `time` as it is used.
+    pub fn world_from_object(&self, instance: u32, time: f32) -> Affine3A {
+        let placement = &self.placements[instance as usize];
+        match placement.motion() {
+            None => placement.world_from_object(),
+            Some(motion) => self.motions[motion].at(time).world_from_object(),
+        }
     }
 
     /// The object of `instance`.
@@ -184,6 +232,7 @@ impl Accel {
 struct NearestTask<'a> {
     accel: &'a Accel,
     ray: &'a Ray,
+    time: f32,
     best: Hit,
 }
 
@@ -211,6 +260,11 @@ impl<'a> InstanceTask<'a> for NearestTask<'a> {
     }
 
     #[inline(always)]
+    fn time(&self) -> f32 {
+        self.time
+    }
+
+    #[inline(always)]
     fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
         let mut local = LocalHit::none(self.best.t);
         blas.nearest(kernel, ray, &mut local);
@@ -226,6 +280,7 @@ impl<'a> InstanceTask<'a> for NearestTask<'a> {
 struct AnyTask<'a> {
     accel: &'a Accel,
     ray: &'a Ray,
+    time: f32,
 }
 
 impl KernelTask for AnyTask<'_> {
@@ -250,6 +305,11 @@ impl<'a> InstanceTask<'a> for AnyTask<'a> {
     }
 
     #[inline(always)]
+    fn time(&self) -> f32 {
+        self.time
+    }
+
+    #[inline(always)]
     fn object<K: Kernel>(&mut self, kernel: K, _instance: u32, blas: &Blas, ray: &Ray) -> bool {
         blas.any(kernel, ray)
     }
@@ -258,6 +318,7 @@ impl<'a> InstanceTask<'a> for AnyTask<'a> {
 struct AllTask<'a> {
     accel: &'a Accel,
     ray: &'a Ray,
+    time: f32,
     out: &'a mut Vec<Crossing>,
 }
 
@@ -280,6 +341,11 @@ impl<'a> InstanceTask<'a> for AllTask<'a> {
     }
 
     #[inline(always)]
+    fn time(&self) -> f32 {
+        self.time
+    }
+
+    #[inline(always)]
     fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
         blas.all(kernel, ray, instance, self.out);
         false
@@ -292,6 +358,9 @@ trait InstanceTask<'a> {
 
     /// The scene, the world ray and how far it still matters.
     fn scene(&self) -> (&'a Accel, &'a Ray, f32);
+
+    /// When the ray is there.
+    fn time(&self) -> f32;
 
     /// Looks at one object with the ray in its space; true ends the search.
     fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool;
@@ -317,7 +386,11 @@ impl<'a, K: Kernel, T: InstanceTask<'a>> Visit for Instances<'_, K, T> {
             let (accel, ray, t_max) = self.task.scene();
             let instance = accel.bvh.order[item];
             let placement = &accel.placements[instance as usize];
-            let local = placement.object_ray(ray).up_to(t_max);
+            let local = match placement.motion() {
+                None => placement.object_ray(ray),
+                Some(motion) => accel.motions[motion].object_ray(ray, self.task.time()),
+            };
+            let local = local.up_to(t_max);
             let blas = &*accel.objects[placement.object as usize];
             if is_traceable(&local) && self.task.object(self.kernel, instance, blas, &local) {
                 return true;

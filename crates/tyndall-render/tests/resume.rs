@@ -35,6 +35,7 @@ fn material(kind: &str, inputs: &[(&str, [f32; 3])], is_surface: bool) -> Prim {
 fn shape(kind: ShapeKind, place: [f64; 3], material: &str) -> Prim {
     Prim::Shape(Arc::new(Shape {
         world_from_object: DAffine3::from_translation(DVec3::from(place)),
+        motion: Vec::new(),
         kind,
         primvars: BTreeMap::new(),
         material: Some(material.into()),

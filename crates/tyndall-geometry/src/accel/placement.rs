@@ -20,6 +20,8 @@ enum Kind {
     Identity,
     General,
     Singular,
+    /// It is somewhere else at other times: the number of its motion.
+    Moving(u32),
 }
 
 impl Placement {
@@ -39,6 +41,17 @@ impl Placement {
             (true, false) => Kind::General,
         };
         Self { object_from_world, world_from_object: linear, translation, object, kind }
+    }
+
+    /// Stands for an instance that moves.
+    pub(super) fn moving(self, motion: u32) -> Self {
+        Self { kind: Kind::Moving(motion), ..self }
+    }
+
+    /// The number of its motion, if it moves.
+    #[inline(always)]
+    pub(super) fn motion(&self) -> Option<usize> {
+        if let Kind::Moving(motion) = self.kind { Some(motion as usize) } else { None }
     }
 
     pub(crate) fn is_singular(&self) -> bool {

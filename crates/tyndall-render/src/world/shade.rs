@@ -35,17 +35,19 @@ impl Surface<'_> {
 pub(crate) struct ShadingBuffer(Option<SurfaceShading>);
 
 impl World {
-    /// The surface at `hit` of `ray`.
+    /// The surface at `hit` of `ray` at `time`.
     #[inline]
     pub(crate) fn shade<'a>(
         &'a self,
         ray: &Ray,
+        time: f32,
         hit: &SurfaceHit,
         buffer: &'a mut ShadingBuffer,
     ) -> Surface<'a> {
         let hit = &hit.0;
-        let point = self.surfaces.accel().surface_point(ray, hit);
-        let of_hit = self.surfaces.surface_of(hit);
+        let point = self.surfaces.accel().surface_point(ray, time, hit);
+        let mut moved = None;
+        let of_hit = self.surfaces.surface_of(hit, time, &mut moved);
         let triangles = of_hit.prim.mesh.triangles();
         let slot = triangles.map_or(0, |t| usize::from(t.subset[of_hit.triangle]));
         let material_index = of_hit.prim.materials[slot] as usize;
