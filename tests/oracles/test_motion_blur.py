@@ -239,6 +239,21 @@ def test_a_shutter_without_motion_changes_no_bit(tmp_path: Path) -> None:
     assert np.array_equal(*images)
 
 
+def test_a_medium_inside_what_moves_is_named(tmp_path: Path) -> None:
+    stage = moving_edge("mesh")
+    fog = stage.box((-1, -1, -1), (1, 1, 1), stage.medium(0.5, 0.5))
+    UsdGeom.Xformable(stage.stage.GetPrimAtPath(fog)).AddTranslateOp(opSuffix="shake").Set(Gf.Vec3d(0), 1.0)
+    still = Shot(stage, tmp_path).session(spp=1, max_bounces=1).diagnostics
+    assert not [d for d in still if "medium" in d.what]
+    shake = UsdGeom.Xformable(stage.stage.GetPrimAtPath(fog)).GetOrderedXformOps()[-1]
+    shake.Set(Gf.Vec3d(0.5), 2.0)
+    (told,) = (
+        d for d in Shot(stage, tmp_path).session(spp=1, max_bounces=1).diagnostics if "medium" in d.what
+    )
+    assert told.path == fog
+    assert "only surfaces and cameras are blurred" in told.action
+
+
 def test_what_is_not_blurred_is_named() -> None:
     stage = Usd.Stage.CreateInMemory()
     UsdGeom.Cube.Define(stage, "/still")
