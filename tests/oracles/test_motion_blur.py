@@ -99,8 +99,16 @@ def moving_edge(kind: str) -> StageBuilder:
         move = mover.AddTranslateOp()
         for time, place in places.items():
             move.Set(place, time)
-        if kind == "instances":
-            half(usd, "/Class", 0.3, glow)
+        if kind in ("instances", "nested"):
+            if kind == "nested":
+                # Half of the way by instances of an instance.
+                for time, place in places.items():
+                    move.Set(place / 2, time)
+                UsdGeom.Xform.Define(usd, "/Class")
+                halves = {time: [Gf.Vec3f(place / 2)] for time, place in places.items()}
+                place_points(usd, halves, glow, path="/Class/Points")
+            else:
+                half(usd, "/Class", 0.3, glow)
             usd.GetPrimAtPath("/Class").SetSpecifier(Sdf.SpecifierClass)
             one = usd.DefinePrim("/World/Mover/One")
             one.GetReferences().AddInternalReference("/Class")
@@ -131,11 +139,11 @@ def half(stage: Usd.Stage, path: str, edge: float, material: str, *, as_mesh: bo
 
 
 def place_points(
-    stage: Usd.Stage, positions: dict[float, list[Gf.Vec3f]], material: str
+    stage: Usd.Stage, positions: dict[float, list[Gf.Vec3f]], material: str, *, path: str = "/World/Points"
 ) -> UsdGeom.PointInstancer:
-    instancer = UsdGeom.PointInstancer.Define(stage, "/World/Points")
-    half(stage, "/World/Points/Half", 0.3, material)
-    instancer.CreatePrototypesRel().SetTargets(["/World/Points/Half"])
+    instancer = UsdGeom.PointInstancer.Define(stage, path)
+    half(stage, f"{path}/Half", 0.3, material)
+    instancer.CreatePrototypesRel().SetTargets([f"{path}/Half"])
     instancer.CreateProtoIndicesAttr([0])
     instancer.CreateVelocitiesAttr()
     for time, places in positions.items():
@@ -143,7 +151,7 @@ def place_points(
     return instancer
 
 
-@pytest.mark.parametrize("kind", ["mesh", "shape", "instances", "points", "velocity"])
+@pytest.mark.parametrize("kind", ["mesh", "shape", "instances", "nested", "points", "velocity"])
 def test_edges_that_move_become_ramps(tmp_path: Path, kind: str) -> None:
     image = Shot(moving_edge(kind), tmp_path).render(spp=SPP, max_bounces=2, seed=3)["rgba"][..., 0]
     opened, closed = (0.0, 0.5) if kind == "velocity" else SHUTTER

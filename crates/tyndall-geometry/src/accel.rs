@@ -2,24 +2,23 @@
 //!
 //! A ray is moved to object space without normalising its direction, so distances compare across instances.
 
-use crate::blas::{Blas, LocalHit};
-use crate::bvh::{
-    Bounds, BoxRay, Kernel, KernelTask, Leaves, SimdLevel, Visit, WideBvh, build, is_traceable, run, walk,
-};
+use crate::blas::Blas;
+use crate::bvh::{Bounds, Leaves, SimdLevel, WideBvh, build, is_traceable, run};
 use crate::surface::{self, SurfacePoint};
 use glam::{Affine3A, Vec3A};
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
-use std::ops::Range;
 use std::sync::Arc;
 use tyndall_math::Ray;
 
 mod motion;
 mod placement;
+mod search;
 
 pub use motion::InstanceKey;
 use motion::Motion;
 pub(crate) use placement::Placement;
+use search::{AllTask, AnyTask, At, Moment, NearestTask, Still};
 
 /// An object and its place.
 #[derive(Debug, Clone)]
@@ -145,18 +144,14 @@ impl Accel {
         if !is_traceable(ray) {
             return None;
         }
-        // A distance that overflows is not a hit.
-        let best =
-            Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
-        let hit = run(self.simd, NearestTask { accel: self, ray, time, best });
+        let hit = if self.moves() { self.nearest(ray, At(time)) } else { self.nearest(ray, Still) };
         (hit.instance != u32::MAX).then_some(hit)
     }
 
     /// Whether anything is hit with `0 <= t <= t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
-        let within = ray.up_to(ray.t_max.min(f32::MAX));
-        is_traceable(ray) && run(self.simd, AnyTask { accel: self, ray: &within, time })
+        is_traceable(ray) && if self.moves() { self.any(ray, At(time)) } else { self.any(ray, Still) }
     }
 
     /// Appends every crossing with `0 <= t <= t_max`, ordered by (instance, t). A ray through an edge or corner of a
@@ -166,7 +161,12 @@ impl Accel {
             return;
         }
         let first = out.len();
-        run(self.simd, AllTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)), time, out });
+        let ray = &ray.up_to(ray.t_max.min(f32::MAX));
+        if self.moves() {
+            run(self.simd, AllTask { accel: self, ray, moment: At(time), out });
+        } else {
+            run(self.simd, AllTask { accel: self, ray, moment: Still, out });
+        }
         out[first..].sort_unstable_by(|a, b| {
             let by_t = (a.instance, a.t.to_bits()).cmp(&(b.instance, b.t.to_bits()));
             by_t.then((!a.entering, a.primitive).cmp(&(!b.entering, b.primitive)))
@@ -178,22 +178,12 @@ impl Accel {
     pub fn surface_point(&self, ray: &Ray, time: f32, hit: &Hit) -> SurfacePoint {
         let placement = &self.placements[hit.instance as usize];
         let object = &self.objects[placement.object as usize];
-        match placement.motion() {
-            None => surface::surface_point(object, placement, ray, hit),
-            Some(motion) => self.moving_surface_point(motion, object, ray, time, hit),
-        }
-    }
-
-    #[cold]
-    fn moving_surface_point(
-        &self,
-        motion: usize,
-        object: &Blas,
-        ray: &Ray,
-        time: f32,
-        hit: &Hit,
-    ) -> SurfacePoint {
-        surface::surface_point(object, &self.motions[motion].at(time), ray, hit)
+        let mut moved = None;
+        let placement = match placement.motion() {
+            None => placement,
+            Some(motion) => moved.insert(self.motions[motion].at(time)),
+        };
+        surface::surface_point(object, placement, ray, hit)
     }
 
     /// An object-space normal of `instance` as a unit vector of the world, on the same side of the surface; zero if it
@@ -216,6 +206,19 @@ impl Accel {
         }
     }
 
+    #[inline(always)]
+    fn nearest<M: Moment>(&self, ray: &Ray, moment: M) -> Hit {
+        // A distance that overflows is not a hit.
+        let best =
+            Hit { t: ray.t_max.min(f32::MAX), instance: u32::MAX, primitive: u32::MAX, u: 0.0, v: 0.0 };
+        run(self.simd, NearestTask { accel: self, ray, moment, best })
+    }
+
+    #[inline(always)]
+    fn any<M: Moment>(&self, ray: &Ray, moment: M) -> bool {
+        run(self.simd, AnyTask { accel: self, ray: &ray.up_to(ray.t_max.min(f32::MAX)), moment })
+    }
+
     /// The object of `instance`.
     pub fn object(&self, instance: u32) -> &Arc<Blas> {
         &self.objects[self.placements[instance as usize].object as usize]
@@ -226,176 +229,5 @@ impl Accel {
     fn direct(&self) -> Option<(u32, &Blas)> {
         let [placement] = self.placements.as_slice() else { return None };
         (placement.is_identity() && self.n_active == 1).then(|| (0, &*self.objects[0]))
-    }
-}
-
-struct NearestTask<'a> {
-    accel: &'a Accel,
-    ray: &'a Ray,
-    time: f32,
-    best: Hit,
-}
-
-impl KernelTask for NearestTask<'_> {
-    type Output = Hit;
-
-    #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> Hit {
-        if let Some((instance, blas)) = self.accel.direct() {
-            self.object(kernel, instance, blas, self.ray);
-        } else {
-            let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
-            walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self });
-        }
-        self.best
-    }
-}
-
-impl<'a> InstanceTask<'a> for NearestTask<'a> {
-    const ORDERED: bool = true;
-
-    #[inline(always)]
-    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
-        (self.accel, self.ray, self.best.t)
-    }
-
-    #[inline(always)]
-    fn time(&self) -> f32 {
-        self.time
-    }
-
-    #[inline(always)]
-    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
-        let mut local = LocalHit::none(self.best.t);
-        blas.nearest(kernel, ray, &mut local);
-        // `local` is no farther than `best`; at the same distance the lower instance wins.
-        if local.is_some() && (local.t < self.best.t || instance < self.best.instance) {
-            let LocalHit { t, primitive, u, v } = local;
-            self.best = Hit { t, instance, primitive, u, v };
-        }
-        false
-    }
-}
-
-struct AnyTask<'a> {
-    accel: &'a Accel,
-    ray: &'a Ray,
-    time: f32,
-}
-
-impl KernelTask for AnyTask<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) -> bool {
-        if let Some((_, blas)) = self.accel.direct() {
-            return blas.any(kernel, self.ray);
-        }
-        let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
-        walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self })
-    }
-}
-
-impl<'a> InstanceTask<'a> for AnyTask<'a> {
-    const ORDERED: bool = false;
-
-    #[inline(always)]
-    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
-        (self.accel, self.ray, self.ray.t_max)
-    }
-
-    #[inline(always)]
-    fn time(&self) -> f32 {
-        self.time
-    }
-
-    #[inline(always)]
-    fn object<K: Kernel>(&mut self, kernel: K, _instance: u32, blas: &Blas, ray: &Ray) -> bool {
-        blas.any(kernel, ray)
-    }
-}
-
-struct AllTask<'a> {
-    accel: &'a Accel,
-    ray: &'a Ray,
-    time: f32,
-    out: &'a mut Vec<Crossing>,
-}
-
-impl KernelTask for AllTask<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<K: Kernel>(mut self, kernel: K) {
-        let (nodes, ray) = (&self.accel.bvh.nodes, BoxRay::new(self.ray));
-        walk(kernel, nodes, &ray, &mut Instances { kernel, task: &mut self });
-    }
-}
-
-impl<'a> InstanceTask<'a> for AllTask<'a> {
-    const ORDERED: bool = false;
-
-    #[inline(always)]
-    fn scene(&self) -> (&'a Accel, &'a Ray, f32) {
-        (self.accel, self.ray, self.ray.t_max)
-    }
-
-    #[inline(always)]
-    fn time(&self) -> f32 {
-        self.time
-    }
-
-    #[inline(always)]
-    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool {
-        blas.all(kernel, ray, instance, self.out);
-        false
-    }
-}
-
-/// What is done with every instance a ray comes near.
-trait InstanceTask<'a> {
-    const ORDERED: bool;
-
-    /// The scene, the world ray and how far it still matters.
-    fn scene(&self) -> (&'a Accel, &'a Ray, f32);
-
-    /// When the ray is there.
-    fn time(&self) -> f32;
-
-    /// Looks at one object with the ray in its space; true ends the search.
-    fn object<K: Kernel>(&mut self, kernel: K, instance: u32, blas: &Blas, ray: &Ray) -> bool;
-}
-
-/// Walks the top level on behalf of a task.
-struct Instances<'t, K, T> {
-    kernel: K,
-    task: &'t mut T,
-}
-
-impl<'a, K: Kernel, T: InstanceTask<'a>> Visit for Instances<'_, K, T> {
-    const ORDERED: bool = T::ORDERED;
-
-    #[inline(always)]
-    fn t_max(&self) -> f32 {
-        self.task.scene().2
-    }
-
-    #[inline(always)]
-    fn leaf(&mut self, items: Range<usize>) -> bool {
-        for item in items {
-            let (accel, ray, t_max) = self.task.scene();
-            let instance = accel.bvh.order[item];
-            let placement = &accel.placements[instance as usize];
-            let local = match placement.motion() {
-                None => placement.object_ray(ray),
-                Some(motion) => accel.motions[motion].object_ray(ray, self.task.time()),
-            };
-            let local = local.up_to(t_max);
-            let blas = &*accel.objects[placement.object as usize];
-            if is_traceable(&local) && self.task.object(self.kernel, instance, blas, &local) {
-                return true;
-            }
-        }
-        false
     }
 }

@@ -48,7 +48,6 @@ impl Motion {
     }
 
     /// The ray in object space at `time`, at the same parameters; one without direction if there is no such space then.
-    #[cold]
     pub(super) fn object_ray(&self, ray: &Ray, time: f32) -> Ray {
         let placement = self.at(time);
         if placement.is_singular() {

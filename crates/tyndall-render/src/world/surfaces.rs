@@ -173,7 +173,21 @@ pub(super) struct HitSurface<'a> {
     pub(super) prim: &'a SurfacePrim,
     /// Triangle of the prim's mesh.
     pub(super) triangle: usize,
-    pub(super) world_from_object: &'a Affine3A,
+    placed: &'a PlacedSurface,
+    accel: &'a Accel,
+    instance: u32,
+    time: f32,
+}
+
+impl HitSurface<'_> {
+    /// Where it is at the time of the hit. Few need to know.
+    #[inline]
+    pub(super) fn world_from_object(&self) -> Affine3A {
+        if self.placed.moves {
+            return self.accel.world_from_object(self.instance, self.time);
+        }
+        self.placed.world_from_object
+    }
 }
 
 impl Surfaces {
@@ -181,14 +195,9 @@ impl Surfaces {
         &self.accel
     }
 
-    /// The surface a hit at `time` is on; `moved` is room for where one that moves is then.
+    /// The surface a hit at `time` is on.
     #[inline]
-    pub(super) fn surface_of<'a>(
-        &'a self,
-        hit: &Hit,
-        time: f32,
-        moved: &'a mut Option<Affine3A>,
-    ) -> HitSurface<'a> {
+    pub(super) fn surface_of(&self, hit: &Hit, time: f32) -> HitSurface<'_> {
         let n_merged_instances = u32::from(!self.merged.is_empty());
         let (placed, triangle) = if hit.instance < n_merged_instances {
             self.merged.resolve(hit.primitive)
@@ -196,13 +205,9 @@ impl Surfaces {
             (self.first_instanced + (hit.instance - n_merged_instances) as usize, hit.primitive)
         };
         let placed = &self.placed[placed];
-        let world_from_object = if placed.moves {
-            moved.insert(self.accel.world_from_object(hit.instance, time))
-        } else {
-            &placed.world_from_object
-        };
         let prim = &self.prims[placed.prim as usize];
-        HitSurface { prim, triangle: triangle as usize, world_from_object }
+        let (accel, instance) = (&self.accel, hit.instance);
+        HitSurface { prim, triangle: triangle as usize, placed, accel, instance, time }
     }
 
     /// Whether every surface stops light.
