@@ -65,7 +65,8 @@ pub struct Crossing {
 pub struct Accel {
     bvh: WideBvh,
     placements: Vec<Placement>,
-    motions: Vec<Motion>,
+    /// Of the instances that move, with their numbers, ascending.
+    motions: Vec<(u32, Motion)>,
     objects: Vec<Arc<Blas>>,
     /// Instances in the tree.
     n_active: usize,
@@ -85,18 +86,19 @@ impl Accel {
                 objects.push(blas);
                 objects.len() as u32 - 1
             });
-            placements.push(if motion.is_empty() {
-                Placement::new(object, &world_from_object)
+            if motion.is_empty() {
+                placements.push(Placement::new(object, &world_from_object));
             } else {
-                motions.push(Motion::new(object, motion));
-                motions[motions.len() - 1].placement(motions.len() as u32 - 1)
-            });
+                motions.push((placements.len() as u32, Motion::new(object, motion)));
+                placements.push(Placement::new(object, &world_from_object).moving());
+            }
         }
-        let world_bounds = |p: &Placement| {
-            let object = objects[p.object as usize].object_bounds();
-            p.motion().map_or_else(|| p.world_bounds(&object), |m| motions[m].world_bounds(&object))
-        };
-        let boxes: Vec<Bounds> = placements.par_iter().map(world_bounds).collect();
+        let world_bounds = |p: &Placement| p.world_bounds(&objects[p.object as usize].object_bounds());
+        let mut boxes: Vec<Bounds> = placements.par_iter().map(world_bounds).collect();
+        for (instance, motion) in &motions {
+            let object = objects[placements[*instance as usize].object as usize].object_bounds();
+            boxes[*instance as usize] = motion.world_bounds(&object);
+        }
         let n_active = boxes.iter().filter(|b| !b.is_empty()).count();
         let bvh = build(&boxes, Leaves { max_primitives: 1, primitives_per_item: 1 });
         Self { bvh, placements, motions, objects, n_active, simd: SimdLevel::detect() }
@@ -121,7 +123,7 @@ impl Accel {
     /// Bytes on the heap, the objects' included.
     pub fn memory_bytes(&self) -> usize {
         let objects: usize = self.objects.iter().map(|b| size_of::<Blas>() + b.memory_bytes()).sum();
-        let motions: usize = self.motions.iter().map(Motion::memory_bytes).sum();
+        let motions: usize = self.motions.iter().map(|(_, motion)| motion.memory_bytes()).sum();
         self.bvh.memory_bytes() + size_of_val(self.placements.as_slice()) + motions + objects
     }
 
@@ -144,14 +146,30 @@ impl Accel {
         if !is_traceable(ray) {
             return None;
         }
-        let hit = if self.moves() { self.nearest(ray, At(time)) } else { self.nearest(ray, Still) };
+        if self.moves() {
+            return self.intersect_moving(ray, time);
+        }
+        let hit = self.nearest(ray, Still);
+        (hit.instance != u32::MAX).then_some(hit)
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn intersect_moving(&self, ray: &Ray, time: f32) -> Option<Hit> {
+        let hit = self.nearest(ray, At(time));
         (hit.instance != u32::MAX).then_some(hit)
     }
 
     /// Whether anything is hit with `0 <= t <= t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, time: f32) -> bool {
-        is_traceable(ray) && if self.moves() { self.any(ray, At(time)) } else { self.any(ray, Still) }
+        is_traceable(ray) && if self.moves() { self.occluded_moving(ray, time) } else { self.any(ray, Still) }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn occluded_moving(&self, ray: &Ray, time: f32) -> bool {
+        self.any(ray, At(time))
     }
 
     /// Appends every crossing with `0 <= t <= t_max`, ordered by (instance, t). A ray through an edge or corner of a
@@ -179,10 +197,8 @@ impl Accel {
         let placement = &self.placements[hit.instance as usize];
         let object = &self.objects[placement.object as usize];
         let mut moved = None;
-        let placement = match placement.motion() {
-            None => placement,
-            Some(motion) => moved.insert(self.motions[motion].at(time)),
-        };
+        let placement =
+            if placement.moves() { moved.insert(self.moved(hit.instance, time)) } else { placement };
         surface::surface_point(object, placement, ray, hit)
     }
 
@@ -191,19 +207,27 @@ impl Accel {
     #[inline]
     pub fn world_normal(&self, instance: u32, time: f32, object_normal: Vec3A) -> Vec3A {
         let placement = &self.placements[instance as usize];
-        match placement.motion() {
-            None => placement.world_normal(object_normal),
-            Some(motion) => self.motions[motion].at(time).world_normal(object_normal),
+        if placement.moves() {
+            return self.moved(instance, time).world_normal(object_normal);
         }
+        placement.world_normal(object_normal)
     }
 
     /// The transform of `instance` at `time` as it is used.
     pub fn world_from_object(&self, instance: u32, time: f32) -> Affine3A {
         let placement = &self.placements[instance as usize];
-        match placement.motion() {
-            None => placement.world_from_object(),
-            Some(motion) => self.motions[motion].at(time).world_from_object(),
+        if placement.moves() {
+            return self.moved(instance, time).world_from_object();
         }
+        placement.world_from_object()
+    }
+
+    /// Where an instance that moves is at `time`.
+    #[cold]
+    #[inline(never)]
+    fn moved(&self, instance: u32, time: f32) -> Placement {
+        let found = self.motions.binary_search_by_key(&instance, |(moving, _)| *moving);
+        found.map_or_else(|_| self.placements[instance as usize].clone(), |i| self.motions[i].1.at(time))
     }
 
     #[inline(always)]

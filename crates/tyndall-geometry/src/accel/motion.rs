@@ -3,7 +3,6 @@
 use super::Placement;
 use crate::bvh::Bounds;
 use glam::{Affine3A, Mat3A, Vec3A};
-use tyndall_math::Ray;
 
 /// Boxes are larger by this part of their coordinates than those at the keys: transforms in between are rounded.
 const ROUNDING: f32 = 1e-6;
@@ -34,26 +33,12 @@ impl Motion {
         size_of_val(self.keys.as_slice())
     }
 
-    /// What stands for it among the placements, if its own number is `index`.
-    pub(super) fn placement(&self, index: u32) -> Placement {
-        self.at(0.0).moving(index)
-    }
-
     /// Where it is at `time`; before the first key and after the last one, where it is at those.
     pub(super) fn at(&self, time: f32) -> Placement {
         let next = self.keys.partition_point(|key| key.time <= time);
         let [a, b] = [next.saturating_sub(1), next.min(self.keys.len() - 1)].map(|i| &self.keys[i]);
         let share = if next == 0 || a.time == b.time { 0.0 } else { (time - a.time) / (b.time - a.time) };
         Placement::new(self.object, &between(&a.world_from_object, &b.world_from_object, share))
-    }
-
-    /// The ray in object space at `time`, at the same parameters; one without direction if there is no such space then.
-    pub(super) fn object_ray(&self, ray: &Ray, time: f32) -> Ray {
-        let placement = self.at(time);
-        if placement.is_singular() {
-            return Ray::new(Vec3A::ZERO, Vec3A::ZERO);
-        }
-        placement.object_ray(ray)
     }
 
     /// A box around it at all times: since points go straight between keys, they stay within the boxes at those.

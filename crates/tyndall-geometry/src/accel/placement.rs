@@ -20,8 +20,8 @@ enum Kind {
     Identity,
     General,
     Singular,
-    /// It is somewhere else at other times: the number of its motion.
-    Moving(u32),
+    /// It is somewhere else at other times.
+    Moving,
 }
 
 impl Placement {
@@ -44,14 +44,13 @@ impl Placement {
     }
 
     /// Stands for an instance that moves.
-    pub(super) fn moving(self, motion: u32) -> Self {
-        Self { kind: Kind::Moving(motion), ..self }
+    pub(super) fn moving(self) -> Self {
+        Self { kind: Kind::Moving, ..self }
     }
 
-    /// The number of its motion, if it moves.
     #[inline(always)]
-    pub(super) fn motion(&self) -> Option<usize> {
-        if let Kind::Moving(motion) = self.kind { Some(motion as usize) } else { None }
+    pub(super) fn moves(&self) -> bool {
+        self.kind == Kind::Moving
     }
 
     pub(crate) fn is_singular(&self) -> bool {

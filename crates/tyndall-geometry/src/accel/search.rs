@@ -1,8 +1,9 @@
 //! The three searches: nearest, any, all.
 
-use super::{Accel, Crossing, Hit, Placement};
+use super::{Accel, Crossing, Hit};
 use crate::blas::{Blas, LocalHit};
 use crate::bvh::{BoxRay, Kernel, KernelTask, Visit, is_traceable, walk};
+use glam::Vec3A;
 use std::ops::Range;
 use tyndall_math::Ray;
 
@@ -135,7 +136,7 @@ impl<'a, M: Moment> InstanceTask<'a> for AllTask<'a, M> {
 /// When a ray is in the scene. Searches are compiled twice: where nothing moves, nobody asks what time it is.
 pub(super) trait Moment: Copy {
     /// `ray` in the space of a placed object.
-    fn object_ray(self, accel: &Accel, placement: &Placement, ray: &Ray) -> Ray;
+    fn object_ray(self, accel: &Accel, instance: u32, ray: &Ray) -> Ray;
 }
 
 /// Nothing moves.
@@ -144,8 +145,8 @@ pub(super) struct Still;
 
 impl Moment for Still {
     #[inline(always)]
-    fn object_ray(self, _: &Accel, placement: &Placement, ray: &Ray) -> Ray {
-        placement.object_ray(ray)
+    fn object_ray(self, accel: &Accel, instance: u32, ray: &Ray) -> Ray {
+        accel.placements[instance as usize].object_ray(ray)
     }
 }
 
@@ -155,11 +156,14 @@ pub(super) struct At(pub(super) f32);
 
 impl Moment for At {
     #[inline(always)]
-    fn object_ray(self, accel: &Accel, placement: &Placement, ray: &Ray) -> Ray {
-        match placement.motion() {
-            None => placement.object_ray(ray),
-            Some(motion) => accel.motions[motion].object_ray(ray, self.0),
+    fn object_ray(self, accel: &Accel, instance: u32, ray: &Ray) -> Ray {
+        let placement = &accel.placements[instance as usize];
+        if !placement.moves() {
+            return placement.object_ray(ray);
         }
+        let now = accel.moved(instance, self.0);
+        // Without a space of its own it cannot be hit.
+        if now.is_singular() { Ray::new(Vec3A::ZERO, Vec3A::ZERO) } else { now.object_ray(ray) }
     }
 }
 
@@ -198,7 +202,7 @@ impl<'a, K: Kernel, T: InstanceTask<'a>> Visit for Instances<'_, K, T> {
             let (accel, ray, t_max) = self.task.scene();
             let instance = accel.bvh.order[item];
             let placement = &accel.placements[instance as usize];
-            let local = self.task.moment().object_ray(accel, placement, ray).up_to(t_max);
+            let local = self.task.moment().object_ray(accel, instance, ray).up_to(t_max);
             let blas = &*accel.objects[placement.object as usize];
             if is_traceable(&local) && self.task.object(self.kernel, instance, blas, &local) {
                 return true;
