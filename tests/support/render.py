@@ -73,7 +73,7 @@ class Shot:
 def sync_stage(path: Path, delegate: Any) -> dict[str, Any]:
     """Read a stage into `delegate`; return camera and resolution of its render settings."""
     from tyndall.messages import Messages
-    from tyndall_usd.read.camera import conform_aperture, read_camera
+    from tyndall_usd.read.camera import conform_aperture, read_camera, shutter_interval
 
     stage = tyndall_usd.open_stage(path)
     time = tyndall_usd.first_time(stage)
@@ -83,7 +83,9 @@ def sync_stage(path: Path, delegate: Any) -> dict[str, Any]:
     (camera_path,) = settings.GetCameraRel().GetTargets()
     resolution = tuple(settings.GetResolutionAttr().Get())
     messages = Messages()
-    camera = read_camera(stage.GetPrimAtPath(camera_path), time, messages)
+    prim = stage.GetPrimAtPath(camera_path)
+    camera = read_camera(prim, time, messages)
+    index.blur(shutter_interval(prim, time), messages)
     camera, _ = conform_aperture(camera, resolution=resolution, pixel_aspect=1.0, policy="expandAperture")
     index.sync_camera(str(camera_path), camera, messages)
     return {"camera": str(camera_path), "resolution": list(resolution)}

@@ -398,12 +398,23 @@ def test_an_open_shutter_blurs_until_it_is_told_not_to(scene, tmp_path, capfd):
     assert (images["told"] == images["still"]).all()
     assert (images["blurred"] != images["still"]).any()
 
-    def move_ball(stage):
-        move = UsdGeom.Xformable(stage.GetPrimAtPath("/World/ball")).AddTranslateOp()
+    def move(stage, path):
+        place = UsdGeom.Xformable(stage.GetPrimAtPath(path)).AddTranslateOp()
+        # At frame 2 it is where it was.
         for frame in (1, 3):
-            move.Set(Gf.Vec3d(0, frame, 0), frame)
+            place.Set(Gf.Vec3d(0, frame - 2, 0), frame)
 
-    _edit(scene, move_ball)
-    told = rendered("ball")
-    assert "/World/ball" in told
+    _edit(scene, lambda stage: move(stage, "/World/ball"))
+    assert "moves while" not in rendered("ball"), "surfaces are blurred"
+    rendered("held", "--disable-motionblur")
+    assert (images["ball"] != images["blurred"]).any()
+    assert (images["held"] == images["still"]).all()
+
+    def add_lamp(stage):
+        UsdLux.SphereLight.Define(stage, "/World/lamp")
+        move(stage, "/World/lamp")
+
+    _edit(scene, add_lamp)
+    told = rendered("lamp")
+    assert "/World/lamp" in told
     assert "moves while the shutter is open" in told

@@ -12,28 +12,43 @@ from pxr import Sdf, UsdGeom, UsdShade
 from tyndall.dirty import is_same
 from tyndall.index import PrimIndex
 from tyndall.messages import Messages
-from tyndall.prims import Camera, Field, Instancer, Light, Prim
+from tyndall.prims import (
+    Camera,
+    Field,
+    Instancer,
+    InstancerKey,
+    Light,
+    Mesh,
+    Prim,
+    Shape,
+    TransformKey,
+    Volume,
+)
 
 from tyndall_usd.assets import Assets
 from tyndall_usd.materials import MaterialLibrary
 from tyndall_usd.memory import Memory
+from tyndall_usd.motion import report_unblurred
 from tyndall_usd.read.camera import read_camera
 from tyndall_usd.read.context import ReadContext
 from tyndall_usd.read.light import read_light
 from tyndall_usd.read.mesh import face_count, material_subsets, read_mesh, read_subset
-from tyndall_usd.read.shape import read_shape
+from tyndall_usd.read.shape import read_shape, turn_of
 from tyndall_usd.read.volume import read_field, read_volume
 from tyndall_usd.read.xform import to_matrix, world_matrix
 from tyndall_usd.skeleton import SkeletonBaker
-from tyndall_usd.traversal import Drawable, Group, Traversal
+from tyndall_usd.traversal import Traversal
 
 if TYPE_CHECKING:
     from collections import Counter
     from collections.abc import Collection, Iterator, Mapping
 
-    from pxr import Usd
+    from pxr import Gf, Usd
     from tyndall.index import Delegate
-    from tyndall.prims import LightKind, Matrix, Mesh
+    from tyndall.prims import LightKind, Matrix
+
+    from tyndall_usd.group import Drawable, Group
+    from tyndall_usd.motion import Mover
 
 
 HEADLIGHT = "/__tyndall/headlight"
@@ -73,6 +88,7 @@ class SceneIndex:
         self._skeletons = SkeletonBaker(stage)
         self._memory = Memory(stage, self._skeletons.roots)
         self._index = PrimIndex(delegate)
+        self._movers: dict[str, Mover] = {}
         self.messages = Messages()
         self.type_counts: Counter[str]
 
@@ -98,9 +114,29 @@ class SceneIndex:
             self._memory,
         )
         self.type_counts = prims.traversal.type_counts
+        self._movers = prims.movers
         changed = self._index.replace_all(prims.prims)
         self.messages.send(self._delegate)
         return changed
+
+    def blur(self, interval: Gf.Interval, messages: Messages) -> None:
+        """Let prims move as they do in `interval`, while the shutter is open; an empty one holds them still.
+
+        Those that are not blurred are named. Times are those of the stage as it was synced last.
+        """
+        for path, mover in self._movers.items():
+            keys = [] if interval.IsEmpty() else mover.keys(interval)
+            prim = self.prims[path]
+            if isinstance(prim, Instancer):
+                moving = tuple(InstancerKey(time, matrices) for time, matrices in keys)
+                self._index.replace(path, replace(prim, motion=moving))
+            elif isinstance(prim, Mesh | Shape):
+                placed = tuple(TransformKey(time, matrix) for time, matrix in keys)
+                self._index.replace(path, replace(prim, motion=placed))
+        if not interval.IsEmpty():
+            shown = (Mesh, Shape, Instancer, Volume, Field, Light)
+            drawn = [path for path, prim in self.prims.items() if isinstance(prim, shown)]
+            report_unblurred(self._stage, drawn, interval, messages)
 
     def grids_at(self, time: Usd.TimeCode) -> list[tuple[str, str, int | None]]:
         """Return file, grid and index of the fields in use that are other ones at `time`."""
@@ -148,6 +184,7 @@ class _Reading:
         memory: Memory,
     ) -> None:
         self.prims: dict[str, Prim] = {}
+        self.movers: dict[str, Mover] = {}
         self.traversal = Traversal(
             stage,
             time,
@@ -167,6 +204,7 @@ class _Reading:
         for group in self.traversal.groups.values():
             transforms, parent = group.instances()
             self.prims[group.instancer_path] = Instancer(transforms=transforms, parent=parent)
+            self._keep(group.instancer_path, group.mover())
             self._read_all(group, group.drawables)
         self.prims.update(self._library.materials)
 
@@ -208,14 +246,21 @@ class _Reading:
         if drawable.family == "volume":
             self._read_volume(group, prim, path, ctx, material)
             return
+        mover = self.traversal.mover(drawable, group)
         look = self._library.for_gprim(material, has_opacity=_has_opacity(prim))
         wanted = {_TEXTURE_COORDINATES} | self._library.primvars(look)
         if drawable.family == "shape":
             self.prims[path] = read_shape(prim, ctx, material=look, primvars=wanted)
+            self._keep(path, mover and mover.after(turn_of(prim, ctx.time)))
             return
         mesh = self._mesh(prim, path, ctx, look, wanted)
         if mesh is not None:
             self.prims[path] = mesh
+            self._keep(path, mover)
+
+    def _keep(self, path: str, mover: Mover | None) -> None:
+        if mover is not None:
+            self.movers[path] = mover
 
     def _mesh(self, prim: Usd.Prim, path: str, ctx: ReadContext, look: str, wanted: set[str]) -> Mesh | None:
         """Return the mesh with its material subsets; what does not vary in time is read once."""

@@ -10,14 +10,15 @@ they were met.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-import numpy as np
 from pxr import Gf, Usd, UsdGeom, UsdShade
 
+from tyndall_usd.group import Drawable, Group, Use, stacked
+from tyndall_usd.motion import Mover
 from tyndall_usd.read.context import ReadContext
-from tyndall_usd.read.instancer import read_point_instancer
+from tyndall_usd.read.instancer import read_point_instancer, transforms_at, varies
 from tyndall_usd.read.light import LIGHTS, UNSUPPORTED_LIGHTS, report_light_apis
 from tyndall_usd.read.shape import SHAPES
 from tyndall_usd.read.xform import to_matrix
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from tyndall.prims import Matrix
 
     from tyndall_usd.assets import Assets
+    from tyndall_usd.read.instancer import Mask
 
 Family: TypeAlias = Literal["mesh", "shape", "volume", "light"]
 
@@ -67,68 +69,12 @@ _MAX_LOOKS = 64
 
 
 @dataclass(slots=True)
-class Drawable:
-    """A prim to be read, with its place in its group."""
-
-    prim: Usd.Prim
-    family: Family
-    matrix: Gf.Matrix4d
-    inherited_primvars: list[Any]
-
-
-@dataclass(slots=True, eq=False)
-class Group:
-    """Prims stored once.
-
-    Parameters
-    ----------
-    path : str
-        Unique name; the prims keep the paths they have on the stage, plus `suffix`.
-    anchor : Sdf.Path
-        Transforms of prims below are relative to it.
-    uses : dict
-        Placements, shape (n, 4, 4), by the group they are in (``None``: the stage).
-    """
-
-    path: str
-    anchor: Sdf.Path
-    suffix: str = ""
-    uses: dict[Group | None, list[Matrix]] = field(default_factory=dict)
-    drawables: list[Drawable] = field(default_factory=list)
-
-    @property
-    def instancer_path(self) -> str:
-        """Path of the delegate's instancer."""
-        return f"{self.path}.instancer"
-
-    def placements(self) -> Matrix:
-        """Return every placement in the world, shape (n, 4, 4)."""
-        parts = []
-        for outer, matrices in self.uses.items():
-            here = np.concatenate(matrices)
-            if outer is not None:
-                here = (outer.placements()[:, None] @ here[None]).reshape(-1, 4, 4)
-            parts.append(here)
-        return np.concatenate(parts)
-
-    def is_within(self, other: Group) -> bool:
-        """Return whether this group is `other` or is drawn, however indirectly, as part of it."""
-        return self is other or any(outer is not None and outer.is_within(other) for outer in self.uses)
-
-    def instances(self) -> tuple[Matrix, str | None]:
-        """Return the placements and the parent instancer; one that is met in several places is flattened."""
-        if len(self.uses) == 1:
-            ((outer, matrices),) = self.uses.items()
-            return np.concatenate(matrices), None if outer is None else outer.instancer_path
-        return self.placements(), None
-
-
-@dataclass(slots=True)
 class _Visit:
     """A prim to be visited and what it inherits."""
 
     prim: Usd.Prim
     matrix: Gf.Matrix4d
+    varies: bool
     purpose: str
     primvars: list[Any]
     is_bound: bool
@@ -170,22 +116,38 @@ class Traversal:
         self._look_ahead()
         self._group_paths: set[str] = set()
         self._looks: dict[str, dict[object, object]] = {}
-        root = _Visit(stage.GetPseudoRoot(), Gf.Matrix4d(1.0), "default", [], is_bound=False)
+        root = _Visit(
+            stage.GetPseudoRoot(),
+            Gf.Matrix4d(1.0),
+            varies=False,
+            purpose="default",
+            primvars=[],
+            is_bound=False,
+        )
         self._walk(list(self._children(root, _EVERYWHERE)), None, self.drawables)
 
-    def matrix_in_group(self, prim: Usd.Prim, group: Group | None) -> Gf.Matrix4d | None:
-        """Return the matrix of any prim relative to `group`; ``None`` if it lies outside."""
+    def matrix_in_group(
+        self, prim: Usd.Prim, group: Group | None, time: Usd.TimeCode | None = None
+    ) -> Gf.Matrix4d | None:
+        """Return the matrix of any prim relative to `group` at `time`; ``None`` if it lies outside."""
         stop = self.stage.GetPseudoRoot().GetPath() if group is None else group.anchor
         if not prim.GetPath().HasPrefix(stop):
             return None
         matrix = Gf.Matrix4d(1.0)
         while prim and prim.GetPath() != stop:
-            local, resets = self._local(prim)
+            local, resets = self._local(prim, time)
             matrix = matrix * local
             if resets:
                 break
             prim = prim.GetParent()
         return matrix
+
+    def mover(self, drawable: Drawable, group: Group | None) -> Mover | None:
+        """Return where `drawable` is in its group at other times; ``None`` if it stands still there."""
+        return self._mover(drawable.prim, group) if drawable.varies else None
+
+    def _mover(self, prim: Usd.Prim, group: Group | None) -> Mover:
+        return Mover(lambda time: to_matrix(self.matrix_in_group(prim, group, time)), [prim])
 
     def _look_ahead(self) -> None:
         """Find the roots of point-instanced prototypes, and the primvars that shaders read.
@@ -208,16 +170,16 @@ class Traversal:
             return True
         return prim.IsInstanceProxy() and prim.GetPrimInPrototype().GetPath() in self._prototype_roots
 
-    def _local(self, prim: Usd.Prim) -> tuple[Gf.Matrix4d, bool]:
+    def _local(self, prim: Usd.Prim, time: Usd.TimeCode | None = None) -> tuple[Gf.Matrix4d, bool]:
         xformable = UsdGeom.Xformable(prim)
         if not xformable:
             return Gf.Matrix4d(1.0), False
         resets = bool(xformable.GetResetXformStack())
-        return xformable.GetLocalTransformation(self.time), resets
+        return xformable.GetLocalTransformation(self.time if time is None else time), resets
 
     def _children(self, visit: _Visit, predicate: object) -> Iterator[_Visit]:
         for child in visit.prim.GetFilteredChildren(predicate):
-            yield _Visit(child, visit.matrix, visit.purpose, visit.primvars, visit.is_bound)
+            yield replace(visit, prim=child)
 
     def _walk(
         self,
@@ -280,6 +242,8 @@ class Traversal:
         if UsdGeom.Xformable(prim):
             local, resets = self._local(prim)
             visit.matrix = local if resets else local * visit.matrix
+            varies = UsdGeom.Xformable(prim).TransformMightBeTimeVarying()
+            visit.varies = varies or (visit.varies and not resets)
             if resets and group is not None:
                 self.messages.warning(
                     prim.GetPath(),
@@ -312,7 +276,7 @@ class Traversal:
             if visit.purpose not in self._purposes:
                 return
             report_light_apis(visit.prim, self.context(visit.matrix))
-        drawables.append(Drawable(visit.prim, family, visit.matrix, visit.primvars))
+        drawables.append(Drawable(visit.prim, family, visit.matrix, visit.varies, visit.primvars))
 
     def _report_unsupported(self, prim: Usd.Prim, type_name: str) -> None:
         if type_name in _SILENT:
@@ -347,9 +311,8 @@ class Traversal:
     def _place_prototypes(self, visit: _Visit, group: Group | None) -> list[tuple[Group, _Visit]]:
         """Add the placements of a point instancer to the groups of its prototypes; return the new groups."""
         new = []
-        for root, transforms in read_point_instancer(
-            visit.prim, self.context(visit.matrix), matrix=visit.matrix
-        ):
+        read = read_point_instancer(visit.prim, self.context(visit.matrix), matrix=visit.matrix)
+        for root, transforms, chosen in read:
             is_drawn = visit.purpose in self._purposes
             key = ("point", root.GetPath(), is_drawn)
             target = self._group(
@@ -361,28 +324,52 @@ class Traversal:
                 )
                 continue
             if not target.uses:
-                start = _Visit(root, Gf.Matrix4d(1.0), visit.purpose, visit.primvars, is_bound=True)
+                start = replace(visit, prim=root, matrix=Gf.Matrix4d(1.0), varies=False, is_bound=True)
                 new.append((target, start))
-            target.uses.setdefault(group, []).append(transforms)
+            mover = None
+            if visit.varies or varies(visit.prim):
+                mover = self._instancer_mover(visit.prim, group, chosen)
+            target.uses.setdefault(group, []).append(Use(transforms, mover))
         return new
+
+    def _instancer_mover(self, prim: Usd.Prim, group: Group | None, chosen: Mask) -> Mover:
+        def at(time: Usd.TimeCode) -> Matrix:
+            return to_matrix(self.matrix_in_group(prim, group, time)) @ transforms_at(
+                prim, time, self.time, chosen
+            )
+
+        return Mover(at, [prim])
+
+    def _instances_mover(self, visits: list[_Visit], group: Group | None) -> Mover | None:
+        """Return where native instances are at other times; ``None`` if they stand still."""
+        moving = [visit.prim for visit in visits if visit.varies]
+        if not moving:
+            return None
+
+        def at(time: Usd.TimeCode) -> Matrix:
+            here = (self.matrix_in_group(v.prim, group, time) if v.varies else v.matrix for v in visits)
+            return stacked([to_matrix(matrix) for matrix in here])
+
+        return Mover(at, moving)
 
     def _place_instances(self, instances: list[_Instance], group: Group | None) -> list[tuple[Group, _Visit]]:
         """Add native instances to the groups of their prototypes and looks; return the new groups."""
         new: list[tuple[Group, _Visit]] = []
-        matrices: dict[Group, list[Gf.Matrix4d]] = {}
+        visits: dict[Group, list[_Visit]] = {}
         bound = self._inherited_materials(instances)
         for instance, material in zip(instances, bound, strict=True):
             visit = instance.visit
             look = self._look(instance)
             key = ("native", instance.prototype, material, visit.purpose, look)
             target = self._group(key, visit.prim, anchor=visit.prim.GetPath())
-            if not target.uses and target not in matrices:
-                start = _Visit(visit.prim, Gf.Matrix4d(1.0), visit.purpose, visit.primvars, visit.is_bound)
+            if not target.uses and target not in visits:
+                start = replace(visit, matrix=Gf.Matrix4d(1.0), varies=False)
                 new.append((target, start))
-            matrices.setdefault(target, []).append(visit.matrix)
-        for target, rows in matrices.items():
-            stacked = np.array([np.asarray(row) for row in rows], dtype=np.float64).transpose(0, 2, 1)
-            target.uses.setdefault(group, []).append(stacked)
+            visits.setdefault(target, []).append(visit)
+        for target, placed in visits.items():
+            matrices = stacked([to_matrix(visit.matrix) for visit in placed])
+            mover = self._instances_mover(placed, group)
+            target.uses.setdefault(group, []).append(Use(matrices, mover))
         return new
 
     def _group(self, key: object, prim: Usd.Prim, *, anchor: Sdf.Path, suffix: str = "") -> Group:

@@ -80,7 +80,8 @@ fn measure(name: &str, positions: &[Vec3], indices: &[[u32; 3]], eye: Vec3A) {
     let blas = Arc::new(Blas::from_triangles(positions, indices));
     println!("{name}: {} triangles, {:.1} MB", indices.len(), blas.memory_bytes() as f64 * 1e-6);
     println!("  build {:.2} s (this thread's share)", cpu_seconds() - start);
-    let accel = Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY }]);
+    let accel =
+        Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY, motion: Vec::new() }]);
     let mut rng = Pcg::new(&[2]);
     let mut camera = Vec::new();
     for i in 0..512 * 512 {
@@ -89,8 +90,8 @@ fn measure(name: &str, positions: &[Vec3], indices: &[[u32; 3]], eye: Vec3A) {
     }
     let (mut diffuse, mut shadow) = (Vec::new(), Vec::new());
     for ray in &camera {
-        let Some(hit) = accel.intersect(ray) else { continue };
-        let p = accel.surface_point(ray, &hit);
+        let Some(hit) = accel.intersect(ray, 0.0) else { continue };
+        let p = accel.surface_point(ray, 0.0, &hit);
         let n = p.geometric_normal * -p.geometric_normal.dot(ray.direction).signum();
         let away = cosine(&mut rng, n);
         diffuse.push(Ray::new(offset_ray_origin(p.position, p.error, n, away), away));
@@ -99,13 +100,13 @@ fn measure(name: &str, positions: &[Vec3], indices: &[[u32; 3]], eye: Vec3A) {
     }
     for simd in [SimdLevel::detect(), SimdLevel::portable()] {
         let accel = accel.clone().with_simd(simd);
-        let nearest = |rays: &[Ray]| rate(rays, |r| accel.intersect(r).is_some());
+        let nearest = |rays: &[Ray]| rate(rays, |r| accel.intersect(r, 0.0).is_some());
         println!(
             "  {:9} camera {:5.2}  diffuse {:5.2}  shadow {:5.2} Mrays/s",
             simd.name(),
             nearest(&camera),
             nearest(&diffuse),
-            rate(&shadow, |r| accel.occluded(r))
+            rate(&shadow, |r| accel.occluded(r, 0.0))
         );
     }
     obvhs_alone(positions, indices, [&camera, &diffuse, &shadow]);
@@ -137,7 +138,7 @@ fn instances() {
         let at = Vec3::new(rng.next_f32(), rng.next_f32(), rng.next_f32());
         let world_from_object =
             Affine3A::from_scale_rotation_translation(Vec3::splat(1e-3), glam::Quat::IDENTITY, at);
-        Instance { blas: Arc::clone(&blas), world_from_object }
+        Instance { blas: Arc::clone(&blas), world_from_object, motion: Vec::new() }
     };
     let list = (0..n).map(|_| place()).collect();
     let start = process_cpu_seconds();

@@ -22,7 +22,7 @@ mod mesh;
 mod subdivision;
 mod surface;
 
-pub use accel::{Accel, Crossing, Hit, Instance};
+pub use accel::{Accel, Crossing, Hit, Instance, InstanceKey};
 pub use blas::Blas;
 pub use boundary::{Boundaries, BoundaryShape, SpanScratch, inside_intervals};
 pub use boxes::BoxTree;

@@ -103,6 +103,7 @@ pub(crate) fn mesh(object: Object) -> PyResult<Prim> {
     }
     Ok(Prim::Mesh(Arc::new(Mesh {
         world_from_object: transform(object, "world_from_object")?,
+        motion: keys(object, transform_key)?,
         points: points.chunks_exact(3).map(|p| [p[0], p[1], p[2]]).collect(),
         face_vertex_counts: array(object, "face_vertex_counts")?,
         face_vertex_indices: array(object, "face_vertex_indices")?,
@@ -163,6 +164,7 @@ pub(crate) fn shape(object: Object) -> PyResult<Prim> {
     };
     Ok(Prim::Shape(Arc::new(Shape {
         world_from_object: transform(object, "world_from_object")?,
+        motion: keys(object, transform_key)?,
         kind,
         primvars: primvars(object)?,
         material: path(object, "material")?,
@@ -172,9 +174,11 @@ pub(crate) fn shape(object: Object) -> PyResult<Prim> {
 }
 
 pub(crate) fn instancer(object: Object) -> PyResult<Prim> {
-    let numbers: Vec<f64> = array(object, "transforms")?;
     Ok(Prim::Instancer(Arc::new(Instancer {
-        transforms: numbers.chunks_exact(16).map(affine).collect(),
+        transforms: transforms(object)?,
+        motion: keys(object, |key| {
+            Ok(InstancerKey { time: get(key, "time")?, transforms: transforms(key)? })
+        })?,
         parent: path(object, "parent")?,
         visible: get(object, "visible")?,
     })))
@@ -305,11 +309,7 @@ pub(crate) fn camera(object: Object) -> PyResult<Prim> {
     let projection: String = get(object, "projection")?;
     Ok(Prim::Camera(Arc::new(Camera {
         world_from_camera: transform(object, "world_from_camera")?,
-        motion: object
-            .getattr("motion")?
-            .try_iter()?
-            .map(|key| camera_key(&key?))
-            .collect::<PyResult<_>>()?,
+        motion: keys(object, camera_key)?,
         projection: match projection.as_str() {
             "perspective" => Projection::Perspective,
             "orthographic" => Projection::Orthographic,
@@ -323,6 +323,19 @@ pub(crate) fn camera(object: Object) -> PyResult<Prim> {
         clipping_range: get(object, "clipping_range")?,
         exposure_scale: get(object, "exposure_scale")?,
     })))
+}
+
+/// The keys of a prim's motion.
+fn keys<T>(object: Object, convert: impl Fn(Object) -> PyResult<T>) -> PyResult<Vec<T>> {
+    object.getattr("motion")?.try_iter()?.map(|key| convert(&key?)).collect()
+}
+
+fn transforms(object: Object) -> PyResult<Vec<DAffine3>> {
+    Ok(array::<f64>(object, "transforms")?.chunks_exact(16).map(affine).collect())
+}
+
+fn transform_key(key: Object) -> PyResult<TransformKey> {
+    Ok(TransformKey { time: get(key, "time")?, world_from_object: transform(key, "world_from_object")? })
 }
 
 fn camera_key(key: Object) -> PyResult<CameraKey> {

@@ -169,6 +169,7 @@ fn diffuse(color: [f32; 3]) -> Prim {
 fn shape(kind: ShapeKind, position: DVec3, material: &str) -> Prim {
     Prim::Shape(Arc::new(Shape {
         world_from_object: DAffine3::from_translation(position),
+        motion: Vec::new(),
         kind,
         primvars: BTreeMap::new(),
         material: Some(material.into()),

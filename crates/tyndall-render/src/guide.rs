@@ -18,6 +18,7 @@ use crate::film::{Film, Tile};
 use crate::path::{Guides, PathSample, PathStatistics};
 use serde::{Deserialize, Serialize};
 use trial::TileTrial;
+use tyndall_guiding::cache::FrameRecord;
 use tyndall_guiding::field::{Field, FieldSettings, TrainingSample};
 use tyndall_guiding::image_space::ImageGuide;
 use tyndall_guiding::{ClassCosts, EventClass, Moments};
@@ -53,8 +54,8 @@ pub(crate) struct RenderGuide {
     trial: Option<TrialResult>,
     /// Guides of earlier renders that did not pay in this one: they may well pay in theirs.
     set_aside: SetAside,
-    /// Whether the guides knew something before this render.
-    is_recalled: bool,
+    recalled: Recalled,
+    earlier: Earlier,
     /// Lessons so far.
     epoch: u32,
     /// Samples a pixel after which nothing more is learned.
@@ -78,6 +79,21 @@ enum Phase {
 struct SetAside {
     camera: Option<ImageGuide>,
     field: Option<Field>,
+}
+
+/// Which guides knew something before this render.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+struct Recalled {
+    camera: bool,
+    field: bool,
+}
+
+/// Of the cache that a render began with, what it had been taught by. A render that was stopped may find its own first part
+/// in the file when it goes on: that is not added to.
+#[derive(Debug, Clone, Default)]
+struct Earlier {
+    samples: u32,
+    frames: Vec<FrameRecord>,
 }
 
 /// What the paths of one tile teach in one pass.
@@ -107,7 +123,8 @@ impl RenderGuide {
             arms,
             trial: None,
             set_aside: SetAside::default(),
-            is_recalled: false,
+            recalled: Recalled::default(),
+            earlier: Earlier::default(),
             epoch: 0,
             last_lesson: LAST_LESSON,
             has_learned: false,
@@ -211,10 +228,10 @@ impl RenderGuide {
         self.phase = Phase::Decided(arm);
         self.trial = Some(result);
         if !arm.odds {
-            self.set_aside.camera = self.camera.take().filter(|_| self.is_recalled);
+            self.set_aside.camera = self.camera.take().filter(|_| self.recalled.camera);
         }
         if arm.is_empty() {
-            self.set_aside.field = self.field.take().filter(|_| self.is_recalled);
+            self.set_aside.field = self.field.take().filter(|_| self.recalled.field);
         }
     }
 }

@@ -77,6 +77,8 @@ struct Path<'a, G> {
     /// Numbers of unbounded count: free-flight candidates, ratio tracking.
     rng: Pcg,
     ray: Ray,
+    /// When all of it happens: 0 when the shutter opens, 1 when it closes.
+    time: f32,
     /// What rounding took from the origin of `ray`, see [`tyndall_math::SplitPoint`].
     low: Vec3A,
     origin: Origin,
@@ -162,7 +164,7 @@ impl<'a> Integrator<'a> {
             / Vec2::new(self.resolution[0] as f32, self.resolution[1] as f32);
         // Without a lens the numbers for it are free.
         let camera = self.world.camera();
-        let needs_more = camera.has_lens() && (self.world.has_media() || camera.moves());
+        let needs_more = camera.has_lens() && (self.world.has_media() || self.world.moves());
         let [choice, time] = if needs_more {
             let [choice, time, ..] = sampler.next_4d();
             [choice, time]
@@ -178,6 +180,7 @@ impl<'a> Integrator<'a> {
             rng: sampler.stream(0),
             sampler,
             ray: camera_ray.ray,
+            time,
             low: Vec3A::ZERO,
             origin: Origin {
                 position: camera_ray.ray.origin,
@@ -220,7 +223,7 @@ impl<G: Guidance> Path<'_, G> {
     fn trace<const MEDIA: bool>(&mut self, scratch: &mut Scratch, statistics: &mut PathStatistics) {
         loop {
             statistics.segments += 1;
-            let end = self.world.trace(&self.ray, self.unseen());
+            let end = self.world.trace(&self.ray, self.time, self.unseen());
             let event = self.sample_segment::<MEDIA>(&end, scratch, statistics);
             let goes_on = match (event, end) {
                 (segment::Event::Scatter { t, phase }, _) => {

@@ -16,6 +16,7 @@ mod grids;
 mod materials;
 mod media;
 mod merged;
+mod place;
 mod placements;
 mod query;
 mod shade;
@@ -87,6 +88,11 @@ impl World {
     /// The camera.
     pub(crate) fn camera(&self) -> &CameraModel {
         &self.camera
+    }
+
+    /// Whether anything moves while the shutter is open, the camera included.
+    pub(crate) fn moves(&self) -> bool {
+        self.camera.moves() || self.surfaces.accel().moves()
     }
 
     /// The lights.

@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec2, DVec3};
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
-use tyndall_guiding::cache::Fingerprint;
+use tyndall_guiding::cache::{Cache, Fingerprint};
 use tyndall_render::{Control, Film, SavedFilm, Session, World, WorldCache};
 use tyndall_scene::prim::*;
 use tyndall_scene::{
@@ -35,6 +35,7 @@ fn material(kind: &str, inputs: &[(&str, [f32; 3])], is_surface: bool) -> Prim {
 fn shape(kind: ShapeKind, place: [f64; 3], material: &str) -> Prim {
     Prim::Shape(Arc::new(Shape {
         world_from_object: DAffine3::from_translation(DVec3::from(place)),
+        motion: Vec::new(),
         kind,
         primvars: BTreeMap::new(),
         material: Some(material.into()),
@@ -184,6 +185,46 @@ fn stopped_within_a_pass() {
         let mut saved = Vec::new();
         session.write_state("a text", &mut saved).unwrap();
         shot.check_rest(&saved, &format!("after {share} of the samples"));
+    }
+}
+
+#[test]
+fn what_was_learned_before_a_stop_counts_once() {
+    let shot = Shot::new(12, Guiding::On, DistanceSampling::Odds);
+    let now = Fingerprint::default();
+    let of_frame_1 = {
+        let session = shot.session().restricted_to(0..32).unwrap();
+        session.render(&Control::default());
+        session.learned(&now, 1.0).expect("it learns")
+    };
+    let recalling = |cache: &Cache| {
+        let session = shot.session();
+        session.recall(cache.clone(), &now);
+        session
+    };
+    let whole = recalling(&of_frame_1);
+    whole.render(&Control::default());
+    let whole = whole.learned(&now, 2.0).expect("it learns");
+    assert_eq!((of_frame_1.samples, whole.samples), (32, 32 + SAMPLES));
+
+    let (stopped, control) = (recalling(&of_frame_1), Control::default());
+    stopped.render_watched(&control, &mut |snapshot| {
+        if snapshot.film().min_samples() >= 16 {
+            control.stop();
+        }
+    });
+    let (saved_by_first, mut state) = (stopped.learned(&now, 2.0).expect("it learns"), Vec::new());
+    stopped.write_state("", &mut state).unwrap();
+    assert_eq!(saved_by_first.samples, 32 + 16);
+    // The cache was written at the stop, or not since the process was killed.
+    for cache in [saved_by_first, of_frame_1] {
+        let session = recalling(&cache);
+        let SavedFilm { film, guide, .. } = Film::read_state(&state).unwrap();
+        session.resume(&film, guide.as_ref()).unwrap();
+        session.render(&Control::default());
+        let learned = session.learned(&now, 2.0).expect("it learns");
+        assert_eq!((learned.samples, &learned.frames), (whole.samples, &whole.frames));
+        assert!(learned.to_bytes() == whole.to_bytes());
     }
 }
 

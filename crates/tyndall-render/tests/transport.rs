@@ -51,6 +51,7 @@ fn medium(absorption: [f32; 3], scattering: [f32; 3], emission: [f32; 3]) -> Pri
 fn shape(kind: ShapeKind, position: DVec3, material: &str) -> Prim {
     Prim::Shape(Arc::new(Shape {
         world_from_object: DAffine3::from_translation(position),
+        motion: Vec::new(),
         kind,
         primvars: BTreeMap::new(),
         material: Some(material.into()),

@@ -5,6 +5,7 @@ mod geometry;
 mod instancer;
 mod light;
 mod material;
+mod motion;
 mod volume;
 
 pub use camera::{Camera, CameraKey, Projection};
@@ -12,6 +13,7 @@ pub use geometry::{Interpolation, Mesh, Primvar, Shape, ShapeKind, Subdivision, 
 pub use instancer::Instancer;
 pub use light::{ConeProfile, DomeTexture, Light, LightKind, Shaping};
 pub use material::{Material, NodeInput, ShadingNode};
+pub use motion::{InstancerKey, TransformKey};
 pub use volume::{Field, FieldSource, Volume};
 
 use crate::RenderSettings;

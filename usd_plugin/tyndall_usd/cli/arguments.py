@@ -280,7 +280,7 @@ def _add_image(parser: argparse.ArgumentParser) -> None:
     add(
         "--disable-motionblur",
         action="store_true",
-        help="the camera stands still at the frame's own time, whatever its shutter says",
+        help="everything stands still at the frame's own time, whatever the camera's shutter says",
     )
     add("--spp", "--pixel-samples", "-p", type=values.positive_int, metavar="N", help="samples per pixel")
     add(

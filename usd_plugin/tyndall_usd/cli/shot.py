@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import tyndall
+from pxr import Gf
 from tyndall.messages import Messages
-from tyndall.prims import Field, Instancer, Light, Mesh, Shape, Volume
 
 from tyndall_usd.cli.inputs import choose_camera, drawn_purposes
-from tyndall_usd.motion import report_unblurred
 from tyndall_usd.read.camera import conform_aperture, read_camera, shutter_interval
 from tyndall_usd.scene_index import SceneIndex
 
@@ -51,8 +50,7 @@ class Shot:
         blurs = view.motion_blur and not options.disable_motionblur
         camera = read_camera(prim, time, messages, depth_of_field=view.depth_of_field, motion_blur=blurs)
         interval = shutter_interval(prim, time)
-        if blurs and not interval.IsEmpty():
-            report_unblurred(self._stage, self._drawn(), interval, messages)
+        self.index.blur(interval if blurs else Gf.Interval(), messages)
         resolution = options.resolution or (tuple(options.res) if options.res else None)
         pixel_aspect = options.pixel_aspect or view.pixel_aspect
         if resolution is None and options.width:
@@ -71,11 +69,6 @@ class Shot:
             "pixelAspect": pixel_aspect,
         }
         return camera, {**self.renderer_settings, **settings}
-
-    def _drawn(self) -> list[str]:
-        """Return the paths of what is in the picture."""
-        shown = (Mesh, Shape, Instancer, Volume, Field, Light)
-        return [path for path, prim in self.index.prims.items() if isinstance(prim, shown)]
 
 
 def _renderer_settings(settings: StageSettings, options: argparse.Namespace) -> dict[str, Any]:

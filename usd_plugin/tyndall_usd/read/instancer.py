@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -14,11 +14,13 @@ if TYPE_CHECKING:
 
     from tyndall_usd.read.context import ReadContext
 
+    Mask: TypeAlias = npt.NDArray[np.bool_]
+
 
 def read_point_instancer(
     prim: Usd.Prim, ctx: ReadContext, *, matrix: Gf.Matrix4d
-) -> list[tuple[Usd.Prim, Matrix]]:
-    """Return each prototype root with its placements, shape (n, 4, 4).
+) -> list[tuple[Usd.Prim, Matrix, Mask]]:
+    """Return each prototype root with its placements, shape (n, 4, 4), and which of all instances they are.
 
     Parameters
     ----------
@@ -55,12 +57,33 @@ def read_point_instancer(
             continue
         root = prim.GetStage().GetPrimAtPath(target)
         if root and root.IsActive():
-            result.append((root, placed[chosen]))
+            result.append((root, placed[chosen], chosen))
         else:
             ctx.messages.error(
                 prim.GetPath(), f"prototype <{target}> is not an active prim", "its instances are not drawn"
             )
     return result
+
+
+def varies(prim: Usd.Prim) -> bool:
+    """Return whether the instances of a point instancer may be elsewhere at other times."""
+    instancer = UsdGeom.PointInstancer(prim)
+    places = (instancer.GetPositionsAttr(), instancer.GetOrientationsAttr(), instancer.GetScalesAttr())
+    speeds = (instancer.GetVelocitiesAttr(), instancer.GetAngularVelocitiesAttr())
+    return any(a.ValueMightBeTimeVarying() for a in places) or any(a.HasAuthoredValue() for a in speeds)
+
+
+def transforms_at(prim: Usd.Prim, time: Usd.TimeCode, frame: Usd.TimeCode, chosen: Mask) -> Matrix:
+    """Return where instances are at `time` near that of the `frame`, relative to the instancer.
+
+    Empty if their number is another one then: they cannot be followed.
+    """
+    instancer = UsdGeom.PointInstancer(prim)
+    rows = instancer.ComputeInstanceTransformsAtTime(
+        time, frame, UsdGeom.PointInstancer.ExcludeProtoXform, UsdGeom.PointInstancer.IgnoreMask
+    )
+    transforms = np.asarray(rows, dtype=np.float64)
+    return transforms.transpose(0, 2, 1)[chosen] if len(transforms) == len(chosen) else np.empty((0, 4, 4))
 
 
 def _not_drawn(prim: Usd.Prim, ctx: ReadContext, what: str) -> None:

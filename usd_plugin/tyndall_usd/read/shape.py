@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection
 
     from pxr import Usd
+    from tyndall.prims import Matrix
 
     from tyndall_usd.read.context import ReadContext
 
@@ -40,14 +41,18 @@ def read_shape(
 ) -> Shape:
     """Read the implicit shape `prim`."""
     kind, attributes = SHAPES[prim.GetTypeName()]
-    axis = prim.GetAttribute("axis")
-    name = str(axis.Get(ctx.time)) if axis else "Z"
-    turn = plane_from_z(name) if kind == "plane" else axis_from_z(name)
     return Shape(
         kind=kind,
         params={param: float(prim.GetAttribute(name).Get(ctx.time)) for param, name in attributes.items()},
-        world_from_object=ctx.world_from_object @ turn,
+        world_from_object=ctx.world_from_object @ turn_of(prim, ctx.time),
         primvars=read_primvars(prim, ctx, wanted=primvars, counts={"constant": 1}),
         material=material,
         instancer=ctx.instancer,
     )
+
+
+def turn_of(prim: Usd.Prim, time: Usd.TimeCode) -> Matrix:
+    """Return what turns the delegate's shape onto the axis of `prim`."""
+    axis = prim.GetAttribute("axis")
+    name = str(axis.Get(time)) if axis else "Z"
+    return plane_from_z(name) if prim.GetTypeName() == "Plane" else axis_from_z(name)

@@ -20,6 +20,8 @@ enum Kind {
     Identity,
     General,
     Singular,
+    /// It is somewhere else at other times.
+    Moving,
 }
 
 impl Placement {
@@ -39,6 +41,16 @@ impl Placement {
             (true, false) => Kind::General,
         };
         Self { object_from_world, world_from_object: linear, translation, object, kind }
+    }
+
+    /// Stands for an instance that moves.
+    pub(super) fn moving(self) -> Self {
+        Self { kind: Kind::Moving, ..self }
+    }
+
+    #[inline(always)]
+    pub(super) fn moves(&self) -> bool {
+        self.kind == Kind::Moving
     }
 
     pub(crate) fn is_singular(&self) -> bool {

@@ -43,7 +43,8 @@ fn check(n: usize, seed: u64) {
     let (positions, indices) = soup(n, seed);
     let exact: Vec<DVec3> = positions.iter().map(|p| p.as_dvec3()).collect();
     let blas = Arc::new(Blas::from_triangles(&positions, &indices));
-    let accel = Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY }]);
+    let accel =
+        Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY, motion: Vec::new() }]);
     let [portable, wide] = levels().map(|level| accel.clone().with_simd(level));
     let mut rng = Pcg::new(&[seed, 1]);
     let mut n_clear = 0;
@@ -52,10 +53,10 @@ fn check(n: usize, seed: u64) {
         if i % 3 == 0 {
             ray.t_max = rng.next_f32() * 2.0;
         }
-        let hit = wide.intersect(&ray);
-        assert_eq!(hit, portable.intersect(&ray), "kernels differ");
-        assert_eq!(wide.occluded(&ray), hit.is_some());
-        assert_eq!(portable.occluded(&ray), hit.is_some());
+        let hit = wide.intersect(&ray, 0.0);
+        assert_eq!(hit, portable.intersect(&ray, 0.0), "kernels differ");
+        assert_eq!(wide.occluded(&ray, 0.0), hit.is_some());
+        assert_eq!(portable.occluded(&ray, 0.0), hit.is_some());
         let (expected, is_clear) = nearest(&exact, &indices, &ray);
         if is_clear {
             n_clear += 1;

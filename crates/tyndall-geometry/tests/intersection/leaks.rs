@@ -8,7 +8,7 @@ use tyndall_math::{Ray, random::Pcg};
 
 fn scene(positions: &[Vec3], indices: &[[u32; 3]]) -> Accel {
     let blas = Arc::new(Blas::from_triangles(positions, indices));
-    Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY }])
+    Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY, motion: Vec::new() }])
 }
 
 /// A corner or a point on an edge of a random triangle.
@@ -42,9 +42,9 @@ fn rays_at_edges_and_vertices_of_a_closed_sphere_never_pass() {
                     center.as_vec3a() + (target - center.as_vec3a()) * 3.0
                 };
                 let ray = Ray::new(origin, target - origin);
-                let (a, b) = (portable.intersect(&ray), wide.intersect(&ray));
+                let (a, b) = (portable.intersect(&ray, 0.0), wide.intersect(&ray, 0.0));
                 leaks += usize::from(b.is_none());
-                differences += usize::from(a != b || wide.occluded(&ray) != b.is_some());
+                differences += usize::from(a != b || wide.occluded(&ray, 0.0) != b.is_some());
             }
             assert_eq!((leaks, differences), (0, 0), "scale {scale}, offset {offset}");
         }
@@ -66,7 +66,7 @@ fn axis_aligned_rays_on_the_lines_of_a_grid_hit() {
         for p in &positions {
             for side in [1.0f32, -1.0] {
                 let ray = Ray::new(Vec3A::from(*p) + Vec3A::Z * side, Vec3A::NEG_Z * side);
-                assert!(accel.intersect(&ray).is_some(), "{p} from {side}");
+                assert!(accel.intersect(&ray, 0.0).is_some(), "{p} from {side}");
             }
         }
     }
@@ -80,7 +80,7 @@ fn tiny_and_shrunken_rays_need_no_near_distance() {
         let mut rng = Pcg::new(&[3]);
         for _ in 0..5000 {
             let ray = Ray::new(cube(&mut rng) * (0.3 * scale), direction(&mut rng));
-            assert!(accel.intersect(&ray).is_some());
+            assert!(accel.intersect(&ray, 0.0).is_some());
         }
     }
 }
@@ -97,7 +97,7 @@ fn every_line_leaves_a_closed_mesh_as_often_as_it_enters() {
         let center = Vec3A::new(10.0, 0.0, 3.0);
         let origin = center + if inside { cube(&mut rng) * 0.5 } else { direction(&mut rng) * 4.0 };
         crossings.clear();
-        accel.intersect_all(&Ray::new(origin, target - origin), &mut crossings);
+        accel.intersect_all(&Ray::new(origin, target - origin), 0.0, &mut crossings);
         let net: i32 = crossings.iter().map(|c| if c.entering { 1 } else { -1 }).sum();
         assert_eq!(net, if inside { -1 } else { 0 }, "{crossings:?}");
     }

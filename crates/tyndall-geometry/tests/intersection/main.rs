@@ -5,5 +5,6 @@ mod brute_force;
 mod degenerate;
 mod instances;
 mod leaks;
+mod moving;
 mod shapes;
 mod surface_points;

@@ -17,16 +17,16 @@ fn check(accel: &Accel, center: Vec3A, radius: f32, seed: u64) {
         let toward = direction(&mut rng);
         let toward = if from_inside { toward } else { center + toward * (0.9 * radius) - origin };
         let ray = Ray::new(origin, toward);
-        let Some(hit) = accel.intersect(&ray) else { continue };
+        let Some(hit) = accel.intersect(&ray, 0.0) else { continue };
         n += 1;
-        let point = accel.surface_point(&ray, &hit);
+        let point = accel.surface_point(&ray, 0.0, &hit);
         let mut away = direction(&mut rng);
         if i % 4 < 2 {
             // Grazing.
             away = (away - point.geometric_normal * away.dot(point.geometric_normal) * 0.999).normalize();
         }
         let start = offset_ray_origin(point.position, point.error, point.geometric_normal, away);
-        let again = accel.intersect(&Ray::new(start, away));
+        let again = accel.intersect(&Ray::new(start, away), 0.0);
         if away.dot(point.geometric_normal) > 0.0 {
             hit_again += usize::from(again.is_some());
         } else {
@@ -45,7 +45,11 @@ fn spawned_rays_stay_on_their_side_at_every_scale() {
             let center = DVec3::new(1.0, -0.6, 0.3) * offset * scale;
             let (positions, indices) = icosphere(4, scale, center);
             let blas = Arc::new(Blas::from_triangles(&positions, &indices));
-            let accel = Accel::build(vec![Instance { blas, world_from_object: Affine3A::IDENTITY }]);
+            let accel = Accel::build(vec![Instance {
+                blas,
+                world_from_object: Affine3A::IDENTITY,
+                motion: Vec::new(),
+            }]);
             for level in levels() {
                 check(&accel.clone().with_simd(level), center.as_vec3a(), scale as f32, 1);
             }
@@ -64,7 +68,11 @@ fn spawned_rays_stay_on_their_side_of_instances() {
                 let center = Vec3::new(1.0, 0.4, -0.7) * offset * scale;
                 let shape = Vec3::new(1.0, -0.7, 1.3) * scale;
                 let world_from_object = Affine3A::from_scale_rotation_translation(shape, rotation, center);
-                let accel = Accel::build(vec![Instance { blas: Arc::clone(&blas), world_from_object }]);
+                let accel = Accel::build(vec![Instance {
+                    blas: Arc::clone(&blas),
+                    world_from_object,
+                    motion: Vec::new(),
+                }]);
                 check(&accel, center.into(), scale, 2);
             }
         }

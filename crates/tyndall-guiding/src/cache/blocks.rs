@@ -27,7 +27,10 @@ pub(super) fn decompress(stored: &[u8], raw_len: u64) -> Result<Vec<u8>> {
     let raw_len = usize::try_from(raw_len).map_err(|_| BAD)?;
     let blocks = split(stored, raw_len)?;
     let mut raw = vec![0; raw_len];
-    raw.par_chunks_mut(BLOCK).zip(blocks).try_for_each(|(raw, block)| decompress_block(block, raw))?;
+    let room = || vec![0; BLOCK.min(raw_len)];
+    let unpack =
+        |sorted: &mut Vec<u8>, (raw, block): (&mut [u8], &[u8])| decompress_block(block, sorted, raw);
+    raw.par_chunks_mut(BLOCK).zip(blocks).try_for_each_init(room, unpack)?;
     Ok(raw)
 }
 
@@ -49,15 +52,16 @@ fn compress_block(raw: &[u8]) -> Vec<u8> {
     if compressed.len() < raw.len() { compressed } else { raw.to_vec() }
 }
 
-fn decompress_block(block: &[u8], raw: &mut [u8]) -> Result<()> {
+/// `sorted` is room for no less than there is in `raw`.
+fn decompress_block(block: &[u8], sorted: &mut [u8], raw: &mut [u8]) -> Result<()> {
     if block.len() == raw.len() {
         raw.copy_from_slice(block);
         return Ok(());
     }
-    let mut sorted = vec![0; raw.len()];
-    match lz4_flex::block::decompress_into(block, &mut sorted) {
+    let sorted = &mut sorted[..raw.len()];
+    match lz4_flex::block::decompress_into(block, sorted) {
         Ok(n) if n == raw.len() => {
-            to_words(&sorted, raw);
+            to_words(sorted, raw);
             Ok(())
         }
         _ => Err(BAD),

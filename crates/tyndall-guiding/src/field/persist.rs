@@ -8,6 +8,7 @@ use super::{Field, FieldSettings, Region, Totals};
 use crate::cache::{CacheError, Reader, Writer, checked_count, f32s_of};
 use crate::directional::{LobeSums, MAX_CONCENTRATION, MAX_LOBES, PerLobe, SufficientStatistics, VmfMixture};
 use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// More regions than any field of ours has: 0.8 GB.
 const MOST_REGIONS: u32 = 1 << 18;
@@ -92,11 +93,20 @@ fn read_tree(input: &mut Reader<'_>) -> Result<Tree> {
     for _ in 0..n_regions {
         records.push(next_record(input)?);
     }
-    let regions: Vec<Region> = records.into_par_iter().map(read_region).collect();
-    if regions.par_iter().all(is_sane) {
-        Ok(Tree { nodes, regions })
-    } else {
+    let is_strange = AtomicBool::new(false);
+    let read = |record: &[u8]| {
+        let region = read_region(record);
+        // While it is at hand: all regions together are more than caches of processors hold.
+        if !is_sane(&region) {
+            is_strange.store(true, Ordering::Relaxed);
+        }
+        region
+    };
+    let regions = records.into_par_iter().map(read).collect();
+    if is_strange.into_inner() {
         Err(CacheError::Malformed("a region of its field holds numbers that make no sense"))
+    } else {
+        Ok(Tree { nodes, regions })
     }
 }
 

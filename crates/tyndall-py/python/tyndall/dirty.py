@@ -21,6 +21,7 @@ _BY_NAME = {
     "world_from_object": DirtyBits.TRANSFORM,
     "world_from_field": DirtyBits.TRANSFORM,
     "world_from_light": DirtyBits.TRANSFORM,
+    "motion": DirtyBits.TRANSFORM,
     "world_from_camera": DirtyBits.TRANSFORM | DirtyBits.CAMERA,
     "points": DirtyBits.POINTS,
     "normals": DirtyBits.POINTS,

@@ -129,6 +129,28 @@ class Subset:
         _convert(self, "faces", np.int32, None)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class TransformKey:
+    """Where an object is at `time` in [0, 1]: 0 when the shutter opens, 1 when it closes."""
+
+    time: float
+    world_from_object: Matrix
+
+    def __post_init__(self) -> None:
+        _convert(self, "world_from_object", np.float64, 4, 4)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InstancerKey:
+    """Where the instances of an instancer are at `time`: as many as it has, in the same order."""
+
+    time: float
+    transforms: Matrix
+
+    def __post_init__(self) -> None:
+        _convert(self, "transforms", np.float64, None, 4, 4)
+
+
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Mesh:
     """A polygon mesh in object space.
@@ -136,7 +158,10 @@ class Mesh:
     Parameters
     ----------
     world_from_object : ndarray, shape (4, 4), float64
-        Places the object; for instanced prims relative to the instance.
+        Places the object at the time of the frame; for instanced prims relative to the instance.
+    motion : tuple of TransformKey
+        Where it is while the shutter is open, in the order of time; empty if it stands still. Between two
+        keys, matrices are interpolated linearly.
     points : ndarray, shape (n, 3), float32
     face_vertex_counts, face_vertex_indices, hole_indices : ndarray, shape (n,), int32
     left_handed : bool
@@ -151,6 +176,7 @@ class Mesh:
     face_vertex_counts: IntArray
     face_vertex_indices: IntArray
     world_from_object: Matrix = field(default_factory=identity)
+    motion: tuple[TransformKey, ...] = ()
     hole_indices: IntArray = field(default_factory=_no_ints)
     left_handed: bool = False
     double_sided: bool = False
@@ -178,12 +204,13 @@ class Shape:
     Cylinder, cone and capsule stand along z, the plane faces +z.
 
     `params` by kind: sphere {radius}; cube {size}; cylinder and capsule {radius_top, radius_bottom, height};
-    cone {radius, height}; plane {width, length}.
+    cone {radius, height}; plane {width, length}. `motion` is as of a mesh.
     """
 
     kind: ShapeKind
     params: Mapping[str, float]
     world_from_object: Matrix = field(default_factory=identity)
+    motion: tuple[TransformKey, ...] = ()
     primvars: Mapping[str, Primvar] = field(default_factory=dict)
     material: str | None = None
     instancer: str | None = None
@@ -198,15 +225,23 @@ class Instancer:
     """Placements: shape (n, 4, 4), float64, ``parent_from_instance`` (the world if there is no parent).
 
     Prims that name this instancer are drawn once an entry, at
-    ``instances of parent @ transforms[i] @ prim.world_from_object``.
+    ``instances of parent @ transforms[i] @ prim.world_from_object``. `motion` says where they are while the
+    shutter is open, as of a mesh.
     """
 
     transforms: Matrix
+    motion: tuple[InstancerKey, ...] = ()
     parent: str | None = None
     visible: bool = True
 
     def __post_init__(self) -> None:
         _convert(self, "transforms", np.float64, None, 4, 4)
+        for key in self.motion:
+            if len(key.transforms) != len(self.transforms):
+                raise ValueError(
+                    f"motion has {len(key.transforms)} transforms at {key.time}; it must have "
+                    f"{len(self.transforms)}"
+                )
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

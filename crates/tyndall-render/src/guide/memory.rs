@@ -1,6 +1,6 @@
 //! Guides that outlive a render.
 
-use super::{LAST_LESSON, RenderGuide, trial};
+use super::{Earlier, LAST_LESSON, RenderGuide, trial};
 use tyndall_guiding::cache::Cache;
 
 impl RenderGuide {
@@ -12,11 +12,12 @@ impl RenderGuide {
     /// Guides that have learned all they would from this very scene are left as they are: a render that finds them does
     /// not pay for lessons.
     pub(crate) fn recall(&mut self, memory: &mut Cache) {
+        self.earlier = Earlier { samples: memory.samples, frames: memory.frames.clone() };
         let mut misses = false;
         if let Some(camera) = &mut self.camera {
             if let Some(image) = memory.image.take_if(|image| image.is_like(camera)) {
                 *camera = image;
-                self.is_recalled = true;
+                self.recalled.camera = true;
                 self.epoch = memory.lessons.max(1);
             } else {
                 misses = true;
@@ -25,7 +26,7 @@ impl RenderGuide {
         if self.field.is_some() {
             if memory.field.is_some() {
                 self.field = memory.field.take();
-                self.is_recalled = true;
+                self.recalled.field = true;
                 self.epoch = memory.lessons.max(1);
             } else {
                 misses = true;
@@ -37,11 +38,13 @@ impl RenderGuide {
     }
 
     /// Puts what was learned into `memory`; what it holds of guides that there were none of stays, and what others had
-    /// learned stays if it did not pay here.
+    /// learned stays if it did not pay here. Samples and frames are those before this render.
     pub(crate) fn remember(&self, memory: &mut Cache) {
         memory.field = self.field.clone().or_else(|| self.set_aside.field.clone()).or(memory.field.take());
         memory.image = self.camera.clone().or_else(|| self.set_aside.camera.clone()).or(memory.image.take());
         memory.lessons = memory.lessons.max(self.epoch);
+        memory.samples = self.earlier.samples;
+        memory.frames.clone_from(&self.earlier.frames);
     }
 
     /// Of the first `samples` of a pixel, those that taught every guide that is kept; `None` if nothing was learned in this
@@ -65,7 +68,11 @@ mod tests {
     use tyndall_guiding::{ClassCosts, EventClass};
     use tyndall_scene::{Guiding, RenderSettings};
 
-    fn known() -> Field {
+    fn film() -> Film {
+        Film::new(3, 1, &[]).unwrap()
+    }
+
+    fn samples() -> Vec<TrainingSample> {
         let sample = |i: u16| TrainingSample {
             position: [f32::from(i) * 0.01; 3],
             direction: PackedDirection::new(glam::Vec3A::Z),
@@ -79,14 +86,18 @@ mod tests {
             vertex: EventClass::Volume,
             end: EventClass::Volume,
         };
+        (0..99).map(sample).collect()
+    }
+
+    fn known() -> Field {
         let mut field = Field::new(FieldSettings::default());
-        field.update(&(0..99).map(sample).collect::<Vec<_>>());
+        field.update(&samples());
         field
     }
 
     /// Goes through a trial that guiding loses, for lack of pixels, and returns what is remembered.
     fn after_lost_trial(mut memory: Cache) -> (RenderGuide, Cache) {
-        let film = Film::new(3, 1, &[]).unwrap();
+        let film = film();
         let settings = RenderSettings { guiding: Guiding::Auto, samples: 256, ..RenderSettings::default() };
         let mut guide = RenderGuide::new(&film, &settings, true);
         guide.recall(&mut memory);
@@ -97,6 +108,9 @@ mod tests {
             trial: None,
         };
         for (first, end) in [(0, 16), (16, 32)] {
+            if let (0, Some(field)) = (first, &mut guide.field) {
+                field.update(&samples());
+            }
             guide.begin_pass(first, end);
             guide.learn(&film, vec![guide.lessons(&film.tiles()[0], first, end).unwrap_or_else(lesson)]);
         }
@@ -110,9 +124,18 @@ mod tests {
         let others = Cache { field: Some(known()), lessons: 7, ..Cache::default() };
         let (guide, memory) = after_lost_trial(others.clone());
         assert!(guide.trial.as_ref().is_some_and(|trial| trial.chosen.is_empty()) && guide.field().is_none());
-        let samples = |cache: &Cache| cache.field.as_ref().map(|field| field.statistics().n_samples);
-        assert_eq!(samples(&memory), samples(&others));
+        let n_samples = |cache: &Cache| cache.field.as_ref().map(|field| field.statistics().n_samples);
+        assert_eq!(n_samples(&memory), n_samples(&others).map(|n| 2 * n));
         assert_eq!(guide.taught(256), Some(trial::FIRST_SAMPLE), "it was not taught after the trial began");
+    }
+
+    #[test]
+    fn a_lost_trial_forgets_the_guide_that_is_new_and_keeps_the_other() {
+        let image = RenderGuide::new(&film(), &RenderSettings::default(), true).camera.expect("odds");
+        let (_, memory) = after_lost_trial(Cache { image: Some(image), lessons: 7, ..Cache::default() });
+        assert!(memory.image.is_some() && memory.field.is_none());
+        let (_, memory) = after_lost_trial(Cache { field: Some(known()), lessons: 7, ..Cache::default() });
+        assert!(memory.image.is_none() && memory.field.is_some());
     }
 
     #[test]

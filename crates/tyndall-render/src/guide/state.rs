@@ -1,9 +1,9 @@
 //! Guides in the middle of a render as bytes and back, for checkpoints.
 //!
-//! First what a cache does not hold; then a [`Cache`] with the field and the image guide, which are read back bit for bit. A
+//! First what a cache does not hold; then a [`Cache`] with the field and the image guide, which are read back bit for bit, and what they were taught by before. A
 //! render that goes on from there draws the numbers, and is guided by the odds, of one that was never stopped.
 
-use super::{Arm, Phase, RenderGuide, SetAside, TrialResult};
+use super::{Arm, Earlier, Phase, Recalled, RenderGuide, SetAside, TrialResult};
 use serde::{Deserialize, Serialize};
 use tyndall_guiding::cache::Cache;
 
@@ -17,7 +17,7 @@ struct Record {
     phase: Phase,
     arms: Vec<Arm>,
     trial: Option<TrialResult>,
-    is_recalled: bool,
+    recalled: Recalled,
     epoch: u32,
     last_lesson: u32,
     has_learned: bool,
@@ -32,7 +32,7 @@ impl RenderGuide {
             phase: self.phase,
             arms: self.arms.clone(),
             trial: self.trial.clone(),
-            is_recalled: self.is_recalled,
+            recalled: self.recalled,
             epoch: self.epoch,
             last_lesson: self.last_lesson,
             has_learned: self.has_learned,
@@ -41,7 +41,8 @@ impl RenderGuide {
         // Only guides that guide nothing are set aside.
         let field = self.field.as_ref().or(self.set_aside.field.as_ref()).cloned();
         let image = self.camera.as_ref().or(self.set_aside.camera.as_ref()).cloned();
-        let cache = Cache { field, image, ..Cache::default() };
+        let Earlier { samples, frames } = self.earlier.clone();
+        let cache = Cache { field, image, samples, frames, ..Cache::default() };
         // Plain numbers in memory: nothing can fail.
         let mut bytes = postcard::to_stdvec(&record).expect("memory suffices");
         bytes.extend(cache.to_bytes());
@@ -80,6 +81,7 @@ impl GuideState {
             camera: cache.image.take_if(|_| camera_aside),
             field: cache.field.take_if(|_| field_aside),
         };
+        let earlier = Earlier { samples: cache.samples, frames: cache.frames };
         let has_arms = !record.arms.is_empty() && record.arms.len() <= 4;
         has_arms.then_some(Self(RenderGuide {
             camera: cache.image,
@@ -88,7 +90,8 @@ impl GuideState {
             arms: record.arms,
             trial: record.trial,
             set_aside,
-            is_recalled: record.is_recalled,
+            recalled: record.recalled,
+            earlier,
             epoch: record.epoch,
             last_lesson: record.last_lesson,
             has_learned: record.has_learned,

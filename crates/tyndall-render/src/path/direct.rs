@@ -55,8 +55,8 @@ impl<G: Guidance> Path<'_, G> {
     ) -> Rgb {
         let (shadow_ray, low) = vertex.shadow_ray(light);
         statistics.shadow_rays += 1;
-        let walks = &mut statistics.walks;
-        self.world.visibility::<MEDIA>(&shadow_ray, low, index, &mut self.rng, scratch, walks)
+        let Self { world, time, rng, .. } = self;
+        world.visibility::<MEDIA>(&shadow_ray, *time, low, index, rng, scratch, &mut statistics.walks)
     }
 
     /// Adds the light whose body the ray met; returns whether the path goes on behind it.

@@ -32,7 +32,7 @@ impl<G: Guidance> Path<'_, G> {
         if !MEDIA {
             return self.pass_freely(end.t());
         }
-        let end = self.world.distance(end, &self.ray, self.low);
+        let end = self.world.distance(end, &self.ray, self.time, self.low);
         let ray = self.ray.up_to(end.min(self.ray.t_max));
         self.world.find_spans(&ray, self.low, scratch);
         if scratch.spans.is_empty() {

@@ -39,7 +39,7 @@ impl<G: Guidance> Path<'_, G> {
     ) -> bool {
         self.recorder.meet_surface(hit.t());
         let mut buffer = ShadingBuffer::default();
-        let surface = self.world.shade(&self.ray, hit, &mut buffer);
+        let surface = self.world.shade(&self.ray, self.time, hit, &mut buffer);
         let SurfaceShading { bsdf, emission, .. } = surface.shading;
         let transparency = bsdf.transparency();
         if transparency != Rgb::ZERO {

@@ -8,6 +8,7 @@ mod roles;
 use super::context::BuildContext;
 use super::grids::{self, LoadedField};
 use super::materials::Materials;
+use super::place::Place;
 use super::placements::{camera_relative, is_invertible, relative_to};
 use super::surfaces::{ShapeOfSurface, SurfaceMesh};
 use fields::{field_of, has_all_fields, volume_extent};
@@ -88,9 +89,10 @@ impl MediaBuilder {
         path: &PrimPath,
         mesh: &SurfaceMesh,
         material: &VolumeMaterial,
-        placements: &[DAffine3],
+        places: &[Place],
         context: &mut BuildContext,
     ) {
+        let placements = &held_still(path, places, context);
         if material.reads_fields() {
             let action = "the field counts as 1 everywhere; bind the material to a Volume prim";
             context.diagnostics.warn(
@@ -142,7 +144,9 @@ impl MediaBuilder {
         }
         let instances = |context: &mut BuildContext| {
             let BuildContext { placements, diagnostics, .. } = context;
-            placements.of(path, DAffine3::IDENTITY, volume.instancer.as_ref(), diagnostics)
+            let own = Place::new(DAffine3::IDENTITY, &[]);
+            let places = placements.of(path, own, volume.instancer.as_ref(), diagnostics);
+            held_still(path, &places, context)
         };
         if let Some(program) = &material.program {
             let placements = instances(context);
@@ -229,6 +233,18 @@ impl MediaBuilder {
             self.bounds = Some((min.min(p), max.max(p)));
         }
     }
+}
+
+/// Where media are: media do not blur, and those that would have to are named.
+fn held_still(path: &PrimPath, places: &[Place], context: &mut BuildContext) -> Vec<DAffine3> {
+    if places.iter().any(Place::moves) {
+        context.diagnostics.warn(
+            path,
+            "its medium moves while the shutter is open",
+            "the medium is drawn as it is at the frame's own time; only surfaces and cameras are blurred",
+        );
+    }
+    places.iter().map(|place| place.at_frame).collect()
 }
 
 /// The boundary of a medium inside a placed surface.

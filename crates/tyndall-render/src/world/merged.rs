@@ -59,6 +59,7 @@ impl Merged {
         (!indices.is_empty()).then(|| Instance {
             blas: Arc::new(Blas::from_triangles(&positions, &indices)),
             world_from_object: Affine3A::IDENTITY,
+            motion: Vec::new(),
         })
     }
 }

@@ -1,5 +1,6 @@
 //! Where prims are drawn: instancers resolved, in f64, relative to the camera.
 
+use super::place::Place;
 use glam::{Affine3A, DAffine3, DVec3};
 use rustc_hash::FxHashMap;
 use tyndall_scene::prim::{Instancer, Prim};
@@ -11,7 +12,7 @@ const MAX_NESTING: usize = 32;
 /// Resolves the placements of instanced prims, each instancer once.
 pub(super) struct Placements<'a> {
     scene: &'a Scene,
-    resolved: FxHashMap<PrimPath, Vec<DAffine3>>,
+    resolved: FxHashMap<PrimPath, Vec<Place>>,
 }
 
 impl<'a> Placements<'a> {
@@ -19,17 +20,17 @@ impl<'a> Placements<'a> {
         Self { scene, resolved: FxHashMap::default() }
     }
 
-    /// Every `world_from_object` of a prim: one, or one an instance.
+    /// Every place of a prim: its `own`, or one an instance.
     pub(super) fn of(
         &mut self,
         path: &PrimPath,
-        world_from_object: DAffine3,
+        own: Place,
         instancer: Option<&PrimPath>,
         diagnostics: &mut Diagnostics,
-    ) -> Vec<DAffine3> {
-        let Some(instancer) = instancer else { return vec![world_from_object] };
+    ) -> Vec<Place> {
+        let Some(instancer) = instancer else { return vec![own] };
         let instances = self.resolve(path, instancer, 0, diagnostics);
-        instances.iter().map(|world_from_instance| *world_from_instance * world_from_object).collect()
+        instances.iter().map(|world_from_instance| world_from_instance.then(&own)).collect()
     }
 
     fn resolve(
@@ -38,7 +39,7 @@ impl<'a> Placements<'a> {
         path: &PrimPath,
         depth: usize,
         diagnostics: &mut Diagnostics,
-    ) -> Vec<DAffine3> {
+    ) -> Vec<Place> {
         if let Some(done) = self.resolved.get(path) {
             return done.clone();
         }
@@ -66,14 +67,25 @@ impl<'a> Placements<'a> {
         instancer: &Instancer,
         depth: usize,
         diagnostics: &mut Diagnostics,
-    ) -> Vec<DAffine3> {
+    ) -> Vec<Place> {
         if !instancer.visible {
             return Vec::new();
         }
-        let Some(parent) = &instancer.parent else { return instancer.transforms.clone() };
+        let own = own_places(instancer);
+        let Some(parent) = &instancer.parent else { return own };
         let outer = self.resolve(path, parent, depth + 1, diagnostics);
-        outer.iter().flat_map(|o| instancer.transforms.iter().map(move |t| *o * *t)).collect()
+        outer.iter().flat_map(|o| own.iter().map(move |inner| o.then(inner))).collect()
     }
+}
+
+/// Relative to the parent. Keys with another number of instances do not count.
+fn own_places(instancer: &Instancer) -> Vec<Place> {
+    let n_instances = instancer.transforms.len();
+    let keys = || instancer.motion.iter().filter(|key| key.transforms.len() == n_instances);
+    let place = |(i, at_frame): (usize, &DAffine3)| {
+        Place::from_keys(*at_frame, keys().map(|key| (key.time, key.transforms[i])))
+    };
+    instancer.transforms.iter().enumerate().map(place).collect()
 }
 
 /// `world_from_object` for points stored relative to `center`, with the world's origin at the camera: subtracted in
@@ -118,7 +130,7 @@ mod tests {
 
     fn instancer(offsets: &[f64], parent: Option<&str>) -> Instancer {
         let transforms = offsets.iter().map(|x| translate(*x)).collect();
-        Instancer { transforms, parent: parent.map(PrimPath::from), visible: true }
+        Instancer { transforms, motion: Vec::new(), parent: parent.map(PrimPath::from), visible: true }
     }
 
     #[test]
@@ -130,11 +142,11 @@ mod tests {
         let mut diagnostics = Diagnostics::default();
         let placements = Placements::new(&scene).of(
             &"/p".into(),
-            translate(0.5),
+            Place::new(translate(0.5), &[]),
             Some(&"/inner".into()),
             &mut diagnostics,
         );
-        let x: Vec<f64> = placements.iter().map(|p| p.translation.x).collect();
+        let x: Vec<f64> = placements.iter().map(|p| p.at_frame.translation.x).collect();
         assert_eq!(x, [1.5, 2.5, 3.5, 101.5, 102.5, 103.5]);
         assert!(diagnostics.is_empty());
     }
@@ -144,12 +156,10 @@ mod tests {
         let scene = scene(vec![("/a", instancer(&[0.0], Some("/b"))), ("/b", instancer(&[0.0], Some("/a")))]);
         let mut diagnostics = Diagnostics::default();
         let mut placements = Placements::new(&scene);
-        assert!(
-            placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/a".into()), &mut diagnostics).is_empty()
-        );
-        assert!(
-            placements.of(&"/p".into(), DAffine3::IDENTITY, Some(&"/c".into()), &mut diagnostics).is_empty()
-        );
+        for instancer in ["/a", "/c"] {
+            let own = Place::new(DAffine3::IDENTITY, &[]);
+            assert!(placements.of(&"/p".into(), own, Some(&instancer.into()), &mut diagnostics).is_empty());
+        }
         assert_eq!(diagnostics.as_slice().len(), 2, "{diagnostics:?}");
     }
 

@@ -66,10 +66,11 @@ impl SegmentEnd {
 }
 
 impl World {
-    /// The nearest surface or light body along the ray, but for `unseen` bodies.
+    /// The nearest surface or light body along the ray at `time` in [0, 1], 0 when the shutter opens and 1 when it closes,
+    /// but for `unseen` bodies.
     #[inline(always)]
-    pub(crate) fn trace(&self, ray: &Ray, unseen: Unseen) -> SegmentEnd {
-        let surface = self.surfaces.accel().intersect(ray);
+    pub(crate) fn trace(&self, ray: &Ray, time: f32, unseen: Unseen) -> SegmentEnd {
+        let surface = self.surfaces.accel().intersect(ray, time);
         let within = surface.map_or(*ray, |hit| ray.up_to(hit.t));
         if let Some((index, t)) = self.bodies.nearest(&self.lights, &within, unseen) {
             return SegmentEnd::Light { index, t };
@@ -80,11 +81,11 @@ impl World {
     /// Distance of a segment's end from `ray.origin + low`, which was traced without `low`. It matters where the end is
     /// hardly further away than the rounding of the origin.
     #[inline]
-    pub(crate) fn distance(&self, end: &SegmentEnd, ray: &Ray, low: Vec3A) -> f32 {
+    pub(crate) fn distance(&self, end: &SegmentEnd, ray: &Ray, time: f32, low: Vec3A) -> f32 {
         let t = end.t();
         match end {
             SegmentEnd::Surface(hit) if t < NEAR * low.abs().max_element() => {
-                self.near_distance(hit, ray, low)
+                self.near_distance(hit, ray, time, low)
             }
             _ => t,
         }
@@ -92,8 +93,8 @@ impl World {
 
     /// Distance of the plane of a surface.
     #[cold]
-    fn near_distance(&self, hit: &SurfaceHit, ray: &Ray, low: Vec3A) -> f32 {
-        let normal = self.surfaces.accel().surface_point(ray, &hit.0).geometric_normal;
+    fn near_distance(&self, hit: &SurfaceHit, ray: &Ray, time: f32, low: Vec3A) -> f32 {
+        let normal = self.surfaces.accel().surface_point(ray, time, &hit.0).geometric_normal;
         let shift = low.dot(normal) / ray.direction.dot(normal);
         if shift.is_finite() { (hit.t() - shift).max(0.0) } else { hit.t() }
     }
@@ -112,9 +113,14 @@ impl World {
     /// opaque bodies block, media and transparent surfaces attenuate. Unbiased, and exact where all media are homogeneous.
     /// `low` is what rounding took from the ray's origin.
     #[inline(always)]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "a ray has a time and a rest; the others are working memory"
+    )]
     pub(crate) fn visibility<const MEDIA: bool>(
         &self,
         ray: &Ray,
+        time: f32,
         low: Vec3A,
         index: usize,
         rng: &mut Pcg,
@@ -125,7 +131,7 @@ impl World {
         if self.bodies.blocks(&self.lights, &short, index) {
             return Rgb::ZERO;
         }
-        let past_surfaces = self.past_surfaces(&short);
+        let past_surfaces = self.past_surfaces(&short, time);
         if !MEDIA || past_surfaces == Rgb::ZERO {
             return past_surfaces;
         }
@@ -138,16 +144,16 @@ impl World {
 
     /// What surfaces let through along the ray.
     #[inline(always)]
-    fn past_surfaces(&self, ray: &Ray) -> Rgb {
+    fn past_surfaces(&self, ray: &Ray, time: f32) -> Rgb {
         if self.surfaces.all_opaque() {
-            return if self.surfaces.accel().occluded(ray) { Rgb::ZERO } else { Rgb::ONE };
+            return if self.surfaces.accel().occluded(ray, time) { Rgb::ZERO } else { Rgb::ONE };
         }
         let mut through = Rgb::ONE;
         let mut rest = *ray;
-        while let Some(hit) = self.surfaces.accel().intersect(&rest) {
+        while let Some(hit) = self.surfaces.accel().intersect(&rest, time) {
             let hit = SurfaceHit(hit);
             let mut buffer = ShadingBuffer::default();
-            let surface = self.shade(&rest, &hit, &mut buffer);
+            let surface = self.shade(&rest, time, &hit, &mut buffer);
             through *= surface.shading.bsdf.transparency();
             if through == Rgb::ZERO {
                 return Rgb::ZERO;

@@ -35,17 +35,18 @@ impl Surface<'_> {
 pub(crate) struct ShadingBuffer(Option<SurfaceShading>);
 
 impl World {
-    /// The surface at `hit` of `ray`.
+    /// The surface at `hit` of `ray` at `time`.
     #[inline]
     pub(crate) fn shade<'a>(
         &'a self,
         ray: &Ray,
+        time: f32,
         hit: &SurfaceHit,
         buffer: &'a mut ShadingBuffer,
     ) -> Surface<'a> {
         let hit = &hit.0;
-        let point = self.surfaces.accel().surface_point(ray, hit);
-        let of_hit = self.surfaces.surface_of(hit);
+        let point = self.surfaces.accel().surface_point(ray, time, hit);
+        let of_hit = self.surfaces.surface_of(hit, time);
         let triangles = of_hit.prim.mesh.triangles();
         let slot = triangles.map_or(0, |t| usize::from(t.subset[of_hit.triangle]));
         let material_index = of_hit.prim.materials[slot] as usize;
@@ -81,7 +82,7 @@ fn interpolated_frame(
     let [a, b, c] = normals[of_hit.triangle];
     let [u, v, w] = point.barycentric;
     let in_object = Vec3A::from(a * u + b * v + c * w);
-    match world_normal(of_hit.world_from_object, in_object) {
+    match world_normal(&of_hit.world_from_object(), in_object) {
         Some(normal) => ShadingFrame::new(point.geometric_normal, normal),
         None => ShadingFrame::flat(point.geometric_normal),
     }
@@ -103,8 +104,9 @@ fn world_normal(world_from_object: &Affine3A, normal: Vec3A) -> Option<Vec3A> {
 #[cold]
 fn bend(frame: ShadingFrame, normal: Vec3A, context: &HitContext) -> ShadingFrame {
     let Some((along_s, along_t)) = context.texture_axes() else { return frame };
-    let tangent = context.of_hit.world_from_object.transform_vector3a(along_s);
-    let bitangent = context.of_hit.world_from_object.transform_vector3a(along_t);
+    let world_from_object = context.of_hit.world_from_object();
+    let tangent = world_from_object.transform_vector3a(along_s);
+    let bitangent = world_from_object.transform_vector3a(along_t);
     let handedness = 1f32.copysign(frame.frame.normal.cross(tangent).dot(bitangent));
     frame.with_tangent_space_normal(normal, tangent, handedness)
 }
@@ -148,7 +150,7 @@ impl HitContext<'_> {
     /// Where the hit is among the positions that the mesh stores.
     fn stored_position(&self) -> Vec3A {
         let Some(triangles) = self.triangles else {
-            return self.of_hit.world_from_object.inverse().transform_point3a(self.position);
+            return self.of_hit.world_from_object().inverse().transform_point3a(self.position);
         };
         let [u, v, w] = self.barycentric;
         let [a, b, c] = triangles.triangle(self.of_hit.triangle).map(Vec3A::from);

@@ -5,12 +5,13 @@ use super::context::BuildContext;
 use super::materials::Materials;
 use super::media::MediaBuilder;
 use super::merged::Merged;
-use super::placements::{camera_relative, is_invertible, relative_to};
+use super::place::Place;
+use super::placements::{camera_relative, relative_to};
 use crate::aov::cryptomatte;
 use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use tyndall_geometry::{Accel, Blas, Hit, Instance, TriangleMesh};
+use tyndall_geometry::{Accel, Blas, Hit, Instance, InstanceKey, TriangleMesh};
 use tyndall_scene::prim::{Mesh, Primvar, Shape, ShapeKind};
 use tyndall_scene::{Diagnostics, PrimPath};
 use tyndall_shading::CompiledMaterial;
@@ -161,8 +162,10 @@ pub(super) struct Surfaces {
 #[derive(Clone, Copy)]
 struct PlacedSurface {
     prim: u32,
-    /// From the prim's stored positions to the camera-relative world.
+    /// From the prim's stored positions to the camera-relative world, at the frame's own time.
     world_from_object: Affine3A,
+    /// Whether it is somewhere else while the shutter is open.
+    moves: bool,
 }
 
 /// Which surface a hit is on.
@@ -170,7 +173,21 @@ pub(super) struct HitSurface<'a> {
     pub(super) prim: &'a SurfacePrim,
     /// Triangle of the prim's mesh.
     pub(super) triangle: usize,
-    pub(super) world_from_object: &'a Affine3A,
+    placed: &'a PlacedSurface,
+    accel: &'a Accel,
+    instance: u32,
+    time: f32,
+}
+
+impl HitSurface<'_> {
+    /// Where it is at the time of the hit. Few need to know.
+    #[inline]
+    pub(super) fn world_from_object(&self) -> Affine3A {
+        if self.placed.moves {
+            return self.accel.world_from_object(self.instance, self.time);
+        }
+        self.placed.world_from_object
+    }
 }
 
 impl Surfaces {
@@ -178,9 +195,9 @@ impl Surfaces {
         &self.accel
     }
 
-    /// The surface a hit is on.
+    /// The surface a hit at `time` is on.
     #[inline]
-    pub(super) fn surface_of(&self, hit: &Hit) -> HitSurface<'_> {
+    pub(super) fn surface_of(&self, hit: &Hit, time: f32) -> HitSurface<'_> {
         let n_merged_instances = u32::from(!self.merged.is_empty());
         let (placed, triangle) = if hit.instance < n_merged_instances {
             self.merged.resolve(hit.primitive)
@@ -188,11 +205,9 @@ impl Surfaces {
             (self.first_instanced + (hit.instance - n_merged_instances) as usize, hit.primitive)
         };
         let placed = &self.placed[placed];
-        HitSurface {
-            prim: &self.prims[placed.prim as usize],
-            triangle: triangle as usize,
-            world_from_object: &placed.world_from_object,
-        }
+        let prim = &self.prims[placed.prim as usize];
+        let (accel, instance) = (&self.accel, hit.instance);
+        HitSurface { prim, triangle: triangle as usize, placed, accel, instance, time }
     }
 
     /// Whether every surface stops light.
@@ -234,6 +249,8 @@ pub(super) struct SurfacesBuilder {
     merged: Merged,
     placed_merged: Vec<PlacedSurface>,
     placed_instanced: Vec<PlacedSurface>,
+    /// Of each placed instance.
+    motions: Vec<Vec<InstanceKey>>,
 }
 
 impl SurfacesBuilder {
@@ -255,7 +272,7 @@ impl SurfacesBuilder {
             .collect();
         let placed = Placed {
             path,
-            world_from_object: mesh.world_from_object,
+            own: Place::new(mesh.world_from_object, &mesh.motion),
             instancer: mesh.instancer.as_ref(),
             primvars: &mesh.primvars,
             slots,
@@ -276,7 +293,7 @@ impl SurfacesBuilder {
         let slots = vec![materials.bound(shape.material.as_ref(), path, context)];
         let placed = Placed {
             path,
-            world_from_object: shape.world_from_object,
+            own: Place::new(shape.world_from_object, &shape.motion),
             instancer: shape.instancer.as_ref(),
             primvars: &shape.primvars,
             slots,
@@ -292,15 +309,14 @@ impl SurfacesBuilder {
         media: &mut MediaBuilder,
         context: &mut BuildContext,
     ) {
-        let Placed { path, world_from_object, instancer, primvars, slots } = placed;
+        let Placed { path, own, instancer, primvars, slots } = placed;
         context.diagnostics.extend(mesh.diagnostics.clone());
         if mesh.is_empty() {
             return;
         }
-        let mut placements =
-            context.placements.of(path, world_from_object, instancer, &mut context.diagnostics);
+        let mut placements = context.placements.of(path, own, instancer, &mut context.diagnostics);
         let n_all = placements.len();
-        placements.retain(is_invertible);
+        placements.retain(Place::is_invertible);
         if placements.len() < n_all {
             let what =
                 format!("{} of {n_all} placements are singular or not finite", n_all - placements.len());
@@ -320,21 +336,26 @@ impl SurfacesBuilder {
     }
 
     /// Adds the next prim at all its places: to the merged triangles if they are few, else as instances.
-    fn place(&mut self, mesh: &SurfaceMesh, placements: &[DAffine3], origin: DVec3) {
+    fn place(&mut self, mesh: &SurfaceMesh, placements: &[Place], origin: DVec3) {
         let prim = self.prims.len() as u32;
         let triangles =
             mesh.triangles().filter(|t| self.merged.has_room_for(t.len().saturating_mul(placements.len())));
-        for world_from_object in placements {
-            let placed = *world_from_object * mesh.object_from_blas();
-            let world_from_object = camera_relative(placed, mesh.center(), origin);
-            let surface = PlacedSurface { prim, world_from_object };
+        let relative = |world_from_object: DAffine3| {
+            camera_relative(world_from_object * mesh.object_from_blas(), mesh.center(), origin)
+        };
+        for place in placements {
+            let placed = place.at_frame * mesh.object_from_blas();
+            let world_from_object = relative(place.at_frame);
+            let surface = PlacedSurface { prim, world_from_object, moves: place.moves() };
             if let Some(triangles) = triangles
                 && placed.matrix3.determinant() > 0.0
+                && !place.moves()
             {
                 self.merged.add(triangles, relative_to(placed, mesh.center(), origin));
                 self.placed_merged.push(surface);
             } else {
                 self.placed_instanced.push(surface);
+                self.motions.push(place.instance_keys(relative));
             }
         }
     }
@@ -345,9 +366,10 @@ impl SurfacesBuilder {
         let is_emissive = used().any(CompiledMaterial::is_emissive);
         let mut instances = Vec::with_capacity(1 + self.placed_instanced.len());
         instances.extend(self.merged.build());
-        instances.extend(self.placed_instanced.iter().map(|placed| Instance {
+        instances.extend(self.placed_instanced.iter().zip(self.motions).map(|(placed, motion)| Instance {
             blas: Arc::clone(self.prims[placed.prim as usize].mesh.blas()),
             world_from_object: placed.world_from_object,
+            motion,
         }));
         let first_instanced = self.placed_merged.len();
         let mut placed = self.placed_merged;
@@ -384,7 +406,7 @@ fn read_primvars<'a>(
 /// A prim on its way into the world.
 struct Placed<'a> {
     path: &'a PrimPath,
-    world_from_object: DAffine3,
+    own: Place,
     instancer: Option<&'a PrimPath>,
     primvars: &'a BTreeMap<String, Primvar>,
     slots: Vec<usize>,

@@ -1,5 +1,6 @@
 //! Surfaces: polygon meshes and implicit shapes.
 
+use super::TransformKey;
 use crate::PrimPath;
 use glam::DAffine3;
 use serde::Serialize;
@@ -88,8 +89,10 @@ pub struct Subset {
 /// A polygon mesh in object space.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Mesh {
-    /// Places the object; for instanced prims relative to the instance.
+    /// Places the object at the time of the frame; for instanced prims relative to the instance.
     pub world_from_object: DAffine3,
+    /// Where it is while the shutter is open, in the order of time; fewer than two of an object that stands still.
+    pub motion: Vec<TransformKey>,
     /// Point positions.
     pub points: Vec<[f32; 3]>,
     /// Corners of each face.
@@ -123,6 +126,7 @@ impl Default for Mesh {
     fn default() -> Self {
         Self {
             world_from_object: DAffine3::IDENTITY,
+            motion: Vec::new(),
             points: Vec::new(),
             face_vertex_counts: Vec::new(),
             face_vertex_indices: Vec::new(),
@@ -190,8 +194,11 @@ pub enum ShapeKind {
 /// An implicit shape with its placement and material.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shape {
-    /// Places the object; for instanced prims relative to the instance. The axis of UsdGeom is folded in.
+    /// Places the object at the time of the frame; for instanced prims relative to the instance. The axis of UsdGeom is
+    /// folded in.
     pub world_from_object: DAffine3,
+    /// As of a mesh.
+    pub motion: Vec<TransformKey>,
     /// The shape.
     pub kind: ShapeKind,
     /// Constant primvars by name (`displayColor`, ...).

@@ -1,5 +1,6 @@
 //! Many placements of the same prims.
 
+use super::InstancerKey;
 use crate::PrimPath;
 use glam::DAffine3;
 use serde::Serialize;
@@ -10,6 +11,8 @@ use serde::Serialize;
 pub struct Instancer {
     /// One placement an instance, `parent_from_instance` (the world if there is no parent).
     pub transforms: Vec<DAffine3>,
+    /// Where they are while the shutter is open, in the order of time; fewer than two if they stand still.
+    pub motion: Vec<InstancerKey>,
     /// The instancer this one is itself a prototype of.
     pub parent: Option<PrimPath>,
     /// Shown or hidden, with all instances.
