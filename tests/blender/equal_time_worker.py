@@ -15,6 +15,7 @@ import bpy
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
+import media_shots  # noqa: E402
 import shots  # noqa: E402
 from process import run  # noqa: E402
 
@@ -39,7 +40,7 @@ def main(engine: str, shot: str, width: str, height: str, *rest: str) -> None:
     if grid:
         shots.cloud(grid[0])
     else:
-        shots.SHOTS[shot]()
+        media_shots.SHOTS[shot]()
     scene.render.filepath = target
     shots.set_samples(scene, 1, 1000)
     setup = timed_render()
