@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 #: What may stand in a path in braces.
 PLACEHOLDERS = ("blend", "scene", "layer", "camera")
 
-#: What the last final render of a scene said about its cache.
+#: What the last final render of a scene said about its cache, or what the next one would.
 _LAST: dict[str, str] = {}
 #: What was read from a file last: panels are drawn often.
 _READ: dict[Path, tuple[tuple[int, int], list[str]]] = {}
@@ -90,6 +90,11 @@ def viewport_settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> dic
     return {"cachePath": str(file), "cacheMode": "read"}
 
 
+def reading_settings(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> dict[str, Any]:
+    """Return the same of a final render that leaves the file as it is."""
+    return {"cachePath": str(file_of(scene, layer) or ""), "cacheMode": "read"}
+
+
 def train_next(scene: bpy.types.Scene) -> None:
     """Have the scene's next final render begin its cache anew."""
     _TRAINING.add(scene.name)
@@ -103,6 +108,19 @@ def remember(scene: bpy.types.Scene, statistics: dict[str, Any]) -> None:
         return
     said = status(statistics)
     _LAST[scene.name] = f"last render: {said or 'not used, nothing was guided'}"
+
+
+def remember_worth(scene: bpy.types.Scene, worth: dict[str, Any]) -> str:
+    """Note, and return in words, what the next final render would make of its cache."""
+    why = f" ({worth['why']})" if worth["why"] else ""
+    said = {
+        "hit": "the next render uses all of it",
+        "partly stale": f"the next render uses it at a quarter of its weight{why}",
+        "rebuilt": f"the next render learns from nothing{why}",
+        "ignored": f"the next render leaves it alone{why}",
+    }[worth["status"]]
+    _LAST[scene.name] = said
+    return said
 
 
 def lines(scene: bpy.types.Scene, layer: bpy.types.ViewLayer) -> Iterable[str]:

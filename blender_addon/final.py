@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import tyndall
@@ -60,19 +60,11 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
     sync = _scene_sync(engine, depsgraph)
     engine.update_stats("", "Reading the scene")
     sync.sync(depsgraph, is_transparent=scene.render.film_transparent)
-    _sync_camera(engine, depsgraph, sync, frame)
+    _sync_camera(engine.camera_override or scene.camera, depsgraph, sync, frame)
     wanted = passes.wanted(layer)
     for name in passes.missing(layer):
         sync.delegate.report("warning", "", f"there is no {name} pass", "it stays empty")
-    settings = render_settings(scene)
-    settings |= {
-        "camera": cameras.PATH,
-        "resolution": list(frame.resolution),
-        "pixelAspect": frame.pixel_aspect,
-        "aovs": list(dict.fromkeys(p.aov for p in wanted)),
-    }
-    if layer.samples > 0:
-        settings["samples"] = layer.samples
+    settings = _settings(scene, layer, frame, wanted)
     if engine.is_preview:
         settings |= {"samples": min(settings["samples"], _PREVIEW_SAMPLES), "cachePath": ""}
     else:
@@ -88,6 +80,35 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
         cache.remember(scene, session.statistics)
 
 
+def what_the_cache_is_worth(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
+    """Return what the core says of the view layer's cache, as a render that reads it would; none is made.
+
+    A depsgraph that is not a render's has the modifiers and the visibility of viewports.
+    """
+    scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
+    frame = cameras.read_frame(scene.render)
+    sync = SceneSync()
+    sync.sync(depsgraph, is_transparent=scene.render.film_transparent)
+    _sync_camera(scene.camera, depsgraph, sync, frame)
+    settings = _settings(scene, layer, frame, passes.wanted(layer)) | cache.reading_settings(scene, layer)
+    return tyndall.Session(sync.delegate.commit(), settings).statistics["cache"]
+
+
+def _settings(
+    scene: bpy.types.Scene, layer: bpy.types.ViewLayer, frame: cameras.Frame, wanted: list[passes.Pass]
+) -> dict[str, Any]:
+    """Return the core's settings but those of the cache."""
+    settings = render_settings(scene) | {
+        "camera": cameras.PATH,
+        "resolution": list(frame.resolution),
+        "pixelAspect": frame.pixel_aspect,
+        "aovs": list(dict.fromkeys(p.aov for p in wanted)),
+    }
+    if layer.samples > 0:
+        settings["samples"] = layer.samples
+    return settings
+
+
 def _scene_sync(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> SceneSync:
     if engine.is_preview or not depsgraph.scene_eval.render.use_persistent_data:
         return SceneSync()
@@ -96,9 +117,8 @@ def _scene_sync(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) 
 
 
 def _sync_camera(
-    engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph, sync: SceneSync, frame: cameras.Frame
+    camera: bpy.types.Object | None, depsgraph: bpy.types.Depsgraph, sync: SceneSync, frame: cameras.Frame
 ) -> None:
-    camera = engine.camera_override or depsgraph.scene_eval.camera
     if camera is None:
         raise RenderFailure("the scene has no camera; add one and make it the scene's")
     camera = camera.evaluated_get(depsgraph)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import bpy
 import tyndall
 
-from . import cache, messages
+from . import cache, final, messages
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -53,6 +53,30 @@ class TYNDALL_OT_train_cache(bpy.types.Operator):
         return bpy.ops.render.render()
 
 
+class TYNDALL_OT_inspect_cache(bpy.types.Operator):
+    """Tell what the guiding cache holds, and how much of it fits the scene as viewports show it."""
+
+    bl_idname = "tyndall.inspect_cache"
+    bl_label = "Inspect"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        """Only if there is one."""
+        file = _file(context)
+        return file is not None and file.is_file()
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        """Read the scene as a render does, and compare."""
+        try:
+            worth = final.what_the_cache_is_worth(context.evaluated_depsgraph_get())
+        except (final.RenderFailure, cache.PathError, tyndall.Error) as error:
+            self.report({"ERROR"}, f"Tyndall: {error}")
+            return {"CANCELLED"}
+        cache.remember_worth(context.scene, worth)
+        self.report({"INFO"}, "\n".join(cache.lines(context.scene, context.view_layer)))
+        return {"FINISHED"}
+
+
 class TYNDALL_OT_clear_cache(bpy.types.Operator):
     """Delete the guiding cache's file."""
 
@@ -88,7 +112,7 @@ def _file(context: bpy.types.Context) -> Path | None:
         return None
 
 
-_CLASSES = (TYNDALL_OT_copy_report, TYNDALL_OT_train_cache, TYNDALL_OT_clear_cache)
+_CLASSES = (TYNDALL_OT_copy_report, TYNDALL_OT_train_cache, TYNDALL_OT_inspect_cache, TYNDALL_OT_clear_cache)
 
 
 def register() -> None:

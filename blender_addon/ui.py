@@ -80,6 +80,7 @@ class TYNDALL_PT_cache(_SettingsPanel, bpy.types.Panel):
             column.label(text=line)
         row = self.layout.row()
         row.operator("tyndall.train_cache")
+        row.operator("tyndall.inspect_cache")
         row.operator("tyndall.clear_cache")
 
 

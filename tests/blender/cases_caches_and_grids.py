@@ -44,6 +44,43 @@ def cached_animation(folder: Path) -> dict[str, Any]:
     }
 
 
+def inspected_cache(folder: Path) -> dict[str, Any]:
+    """What Inspect says of a cache of this shot, of one with other things in it, and of what is no cache."""
+    scene = still_life(folder, samples=16)
+    layer = scene.view_layers[0]
+    scene.tyndall.guiding = "on"
+    file = folder / "shot.tyc"
+    scene.tyndall.cache_path = str(file)
+    can = [bpy.ops.tyndall.inspect_cache.poll()]
+    said = [render()]
+    can.append(bpy.ops.tyndall.inspect_cache.poll())
+    before = file.read_bytes()
+
+    def ask() -> None:
+        bpy.context.view_layer.update()
+        try:
+            answers.append([",".join(bpy.ops.tyndall.inspect_cache()), *cache.lines(scene, layer)])
+        except RuntimeError as error:
+            answers.append([f"error: {error}"])
+
+    answers: list[list[str]] = []
+    ask()
+    scene.objects["Sphere"].location.x = 0.5
+    ask()
+    scene.objects["Sphere"].location.x = 0.0
+    ask()
+    scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 3.0
+    ask()
+    camera, scene.camera = scene.camera, None
+    ask()
+    scene.camera = camera
+    is_untouched = file.read_bytes() == before
+    bpy.ops.wm.usd_export(filepath=f"{folder}/shot.usda")
+    scene.tyndall.cache_path = f"{folder}/image.exr"
+    ask()
+    return {"said": said, "can": can, "answers": answers, "is untouched": is_untouched}
+
+
 def cache_paths(folder: Path) -> dict[str, Any]:
     """Cache paths that name no file."""
     scene = still_life(folder)
@@ -124,4 +161,4 @@ def smoke_domain(folder: Path) -> dict[str, Any]:
     return {"said": said, "report": messages.last(scene.name).text()}
 
 
-CASES = (cached_animation, cache_paths, nodes_volume, grid_sequence, smoke_domain)
+CASES = (cached_animation, inspected_cache, cache_paths, nodes_volume, grid_sequence, smoke_domain)

@@ -6,7 +6,6 @@ Prints the CPU seconds of a render of one sample, and of all, as JSON on the las
 from __future__ import annotations
 
 import json
-import os
 import resource
 import sys
 from pathlib import Path
@@ -16,7 +15,9 @@ import bpy
 HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
+import media_shots  # noqa: E402
 import shots  # noqa: E402
+from process import run  # noqa: E402
 
 import blender_addon  # noqa: E402
 
@@ -39,7 +40,7 @@ def main(engine: str, shot: str, width: str, height: str, *rest: str) -> None:
     if grid:
         shots.cloud(grid[0])
     else:
-        shots.SHOTS[shot]()
+        media_shots.SHOTS[shot]()
     scene.render.filepath = target
     shots.set_samples(scene, 1, 1000)
     setup = timed_render()
@@ -47,13 +48,4 @@ def main(engine: str, shot: str, width: str, height: str, *rest: str) -> None:
     print("\n" + json.dumps({"setup": setup, "cpu": timed_render()}))  # noqa: T201
 
 
-code = 0
-try:
-    main(*sys.argv[1:])
-except Exception as error:
-    print(f"{type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-    code = 1
-sys.stdout.flush()
-sys.stderr.flush()
-# Some versions crash or hang when Python ends in the ordinary way.
-os._exit(code)
+run(main)

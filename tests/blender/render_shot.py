@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
@@ -15,6 +14,7 @@ import lights_and_cameras  # noqa: E402
 import media_shots  # noqa: E402
 import shots  # noqa: E402
 import surface_shots  # noqa: E402
+from process import run  # noqa: E402
 
 import blender_addon  # noqa: E402
 
@@ -37,13 +37,4 @@ def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: s
         bpy.ops.render.render(write_still=True)
 
 
-try:
-    main(*sys.argv[1:])
-    code = 0
-except Exception as error:
-    print(f"{type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-    code = 1
-sys.stdout.flush()
-sys.stderr.flush()
-# Some versions crash or hang when Python ends in the ordinary way.
-os._exit(code)
+run(main)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import sys
 import time
-import traceback
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +18,7 @@ import shots  # noqa: E402
 import tyndall  # noqa: E402
 from cases_caches_and_grids import CASES as CASES_OF_GRIDS  # noqa: E402
 from cases_wishes import CASES as CASES_OF_WISHES  # noqa: E402
+from process import run  # noqa: E402
 from still_life import render, still_life  # noqa: E402
 from tyndall.messages import Messages  # noqa: E402
 
@@ -233,15 +232,11 @@ CASES = {
     for f in (*_ALL, *CASES_OF_GRIDS, *CASES_OF_WISHES, time_limit, edits, viewport, speed, again)
 }
 
-code = 0
-try:
+
+def main(case: str, folder: str) -> None:
+    """Play one case."""
     blender_addon.register()
-    answer = CASES[sys.argv[1]](Path(sys.argv[2]))
-    print("\n" + json.dumps(answer))  # noqa: T201
-except Exception:
-    traceback.print_exc()
-    code = 1
-sys.stdout.flush()
-sys.stderr.flush()
-# Some versions crash or hang when Python ends in the ordinary way.
-os._exit(code)
+    print("\n" + json.dumps(CASES[case](Path(folder))))  # noqa: T201
+
+
+run(main)

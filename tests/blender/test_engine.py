@@ -202,6 +202,47 @@ def test_an_animation_with_a_guiding_cache(tmp_path: Path) -> None:
     assert abs(first.mean() / second.mean() - 1) < 0.05
 
 
+def test_a_cache_is_inspected(tmp_path: Path) -> None:
+    seen = play("inspected_cache", tmp_path)
+    assert seen["said"] == ["FINISHED"]
+    assert seen["can"] == [False, True], "only where there is a file"
+    same, moved, back, lit, blind, foreign = seen["answers"]
+    assert all(answer[0] == "FINISHED" for answer in (same, moved, back, lit))
+    assert any("regions of surfaces" in line for line in same), same
+    assert same[-1] == back[-1] == "the next render uses all of it"
+    assert moved[-1] == "the next render uses it at a quarter of its weight (changed: geometry)"
+    assert lit[-1] == "the next render learns from nothing (changed: lights)"
+    assert blind[0].startswith("error")
+    assert "no camera" in blind[0]
+    assert "leaves it alone" in foreign[-1]
+    assert seen["is untouched"], "looking changes nothing"
+
+
+def test_a_cache_of_blender_serves_the_shot_as_usd(tmp_path: Path) -> None:
+    """One kind of file: the command line reads, uses and extends what Blender wrote."""
+    pytest.importorskip("tyndall_usd", reason="the USD front end is not installed: run `make build`")
+    play("inspected_cache", tmp_path)
+    file = str(tmp_path / "shot.tyc")
+
+    def tyndall(*arguments: str) -> str:
+        command = [str(Path(sys.executable).with_name("tyndall")), *arguments]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+        assert done.returncode == 0, done.stderr[-2000:]
+        return done.stdout
+
+    info = json.loads(tyndall("cache", "info", "--json", file))
+    assert [frame["frame"] for frame in info["frames"]] == [1]
+    assert info["field"]["samples"] > 0
+    assert "sound" in tyndall("cache", "verify", file)
+    image, stats = str(tmp_path / "usd.exr"), tmp_path / "stats.json"
+    options = ["--spp", "16", "-r", "32x24", "--guiding", "on", "--cache", file, "--stats", str(stats)]
+    for status in ("rebuilt", "hit"):
+        tyndall("render", str(tmp_path / "shot.usda"), "-o", image, *options)
+        told = json.loads(stats.read_text())["statistics"]["cache"]
+        # Materials have other names and nodes there.
+        assert (told["status"], told["why"].startswith("changed: ")) == (status, status == "rebuilt"), told
+
+
 def test_cache_paths_that_name_no_file(tmp_path: Path) -> None:
     seen = play("cache_paths", tmp_path)
     for (said, line), words in zip(

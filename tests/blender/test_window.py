@@ -40,6 +40,7 @@ _OWN_MOUNTS = ("unshare", "--mount", "--pid", "--fork", "--kill-child")
 _SCREEN = (1024, 768)
 #: Start a screen of its own for the rest of the command; -displayfd finds a number that is free.
 _ON_SCREEN = """
+rm -f /tmp/display
 Xvfb -displayfd 3 -screen 0 1024x768x24 +extension GLX 3> /tmp/display 2> /dev/null & screen=$!
 trap 'kill $screen' EXIT
 for _ in $(seq 300); do [ -s /tmp/display ] && break; sleep .1; done

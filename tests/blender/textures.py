@@ -6,7 +6,6 @@ samples.
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +16,7 @@ HERE = Path(__file__).resolve().parent
 sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 import shots  # noqa: E402
+from process import run  # noqa: E402
 
 import blender_addon  # noqa: E402
 
@@ -135,13 +135,4 @@ def main(engine: str, folder: str) -> None:
 
 
 if __name__ == "__main__":
-    code = 0
-    try:
-        main(*sys.argv[1:])
-    except Exception as error:
-        print(f"{type(error).__name__}: {error}", file=sys.stderr)  # noqa: T201
-        code = 1
-    sys.stdout.flush()
-    sys.stderr.flush()
-    # Some versions crash or hang when Python ends in the ordinary way.
-    os._exit(code)
+    run(main)

@@ -5,6 +5,7 @@ use crate::bvh::{
     Block, Bounds, BoxRay, Kernel, LANES, Leaves, Shear, Visit, WideBvh, build, crossing_sides, walk,
 };
 use glam::{DVec3, Vec3, Vec3A};
+use rayon::prelude::*;
 use std::ops::Range;
 use tyndall_math::Ray;
 
@@ -65,13 +66,20 @@ impl Blas {
             let corners = corners(triangle);
             if is_degenerate(corners) { Bounds::EMPTY } else { Bounds::of_points(corners.map(Vec3A::from)) }
         };
-        let boxes: Vec<Bounds> = (0..indices.len()).map(bounds_of).collect();
+        let boxes: Vec<Bounds> = (0..indices.len()).into_par_iter().map(bounds_of).collect();
         let bounds = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
         let bvh = build(&boxes, Leaves { max_primitives: 2 * LANES, primitives_per_item: LANES });
-        let mut blocks = vec![Block::empty(); bvh.order.len() / LANES];
+        let is_used = |primitive: u32| primitive != u32::MAX;
+        let block = |primitives: &[u32]| {
+            let mut block = Block::empty();
+            for (lane, &primitive) in primitives.iter().enumerate().filter(|(_, p)| is_used(**p)) {
+                block.set(lane, corners(primitive as usize), primitive);
+            }
+            block
+        };
+        let blocks = bvh.order.par_chunks_exact(LANES).map(block).collect();
         let mut slot = vec![u32::MAX; indices.len()];
-        for (at, &primitive) in bvh.order.iter().enumerate().filter(|(_, p)| **p != u32::MAX) {
-            blocks[at / LANES].set(at % LANES, corners(primitive as usize), primitive);
+        for (at, &primitive) in bvh.order.iter().enumerate().filter(|(_, p)| is_used(**p)) {
             slot[primitive as usize] = at as u32;
         }
         // The blocks replace it.

@@ -3,6 +3,7 @@
 //! The same tree serves triangles, instances and boundaries; [`walk`] hands its leaves to a [`Visit`]or.
 
 mod build;
+mod groups;
 mod kernel;
 mod kernel_avx2;
 mod kernel_portable;

@@ -11,8 +11,12 @@ pub(crate) use cage::{Cage, Face};
 
 use crate::subdivision::{self, Refinement};
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use tyndall_scene::prim::{Mesh, SubdivisionScheme};
 use tyndall_scene::{Diagnostics, PrimPath};
+
+/// Faces that one thread cuts into triangles at a time.
+const FACES_AT_ONCE: usize = 1 << 14;
 
 /// Triangles of a mesh or implicit shape, in object space about their own centre.
 #[derive(Debug, Clone, Default)]
@@ -66,9 +70,29 @@ impl TriangleMesh {
     fn triangulated(cage: &Cage, flip: bool) -> Self {
         let center = cage.center();
         let positions = cage.points.iter().map(|p| (*p - center).as_vec3()).collect();
-        let mut out = Self { positions, center, ..Self::default() };
+        let cut: Vec<Self> = cage.faces.par_chunks(FACES_AT_ONCE).map(|f| Self::cut(cage, f, flip)).collect();
+        let n_triangles = cut.iter().map(Self::len).sum();
+        let mut out = Self {
+            positions,
+            center,
+            indices: Vec::with_capacity(n_triangles),
+            face: Vec::with_capacity(n_triangles),
+            corner: Vec::with_capacity(n_triangles),
+            ..Self::default()
+        };
+        for part in cut {
+            out.indices.extend(part.indices);
+            out.face.extend(part.face);
+            out.corner.extend(part.corner);
+        }
+        out
+    }
+
+    /// The triangles of some faces of a cage, without points.
+    fn cut(cage: &Cage, faces: &[Face], flip: bool) -> Self {
+        let mut out = Self::default();
         let mut polygon = polygon::Triangulator::default();
-        for face in &cage.faces {
+        for face in faces {
             let corners = &cage.corners[face.range()];
             let points = corners.iter().map(|&p| cage.points[p as usize]);
             polygon.triangulate(points, |mut triangle| {

@@ -1,5 +1,6 @@
 //! Building: equal boxes merged, `obvhs` run on the rest, two children made eight.
 
+use super::groups::Groups;
 use super::node::{Bounds, MAX_LEAF_ITEMS, Node, WIDTH, leaf_reference};
 use super::walk::STACK_SIZE;
 use glam::Vec3A;
@@ -7,7 +8,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::{Boundable, BvhBuildParams};
-use rustc_hash::FxHashMap;
+use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 use std::ops::Range;
 
 /// Boxes grow by this, relative to their largest coordinate: what rounding moves vertices by in the box test.
@@ -17,6 +19,9 @@ const GROWTH: f32 = 3e-7;
 const SMALL: usize = 2048;
 
 /// Boxes above which building quickly is worth more than the last percents of tracing.
+const LARGE: usize = 1 << 18;
+
+/// Boxes above which it is worth more still.
 const HUGE: usize = 1 << 20;
 
 /// How primitives become leaves.
@@ -63,54 +68,6 @@ pub(crate) fn build(boxes: &[Bounds], leaves: Leaves) -> WideBvh {
     wide
 }
 
-/// Primitives with bit-equal boxes: PLOC merges one pair of equal boxes a pass, which is quadratic and a tree as deep
-/// as there are boxes. Instances stacked at one point are normal in production scenes.
-struct Groups {
-    boxes: Vec<Bounds>,
-    /// Start of each group in `members`; one more at the end.
-    start: Vec<u32>,
-    members: Vec<u32>,
-}
-
-impl Groups {
-    fn new(boxes: &[Bounds]) -> Self {
-        let mut group_of_box =
-            FxHashMap::<[u32; 6], u32>::with_capacity_and_hasher(boxes.len(), Default::default());
-        let mut group_of = Vec::with_capacity(boxes.len());
-        let mut unique = Vec::new();
-        for b in boxes {
-            if b.is_empty() {
-                group_of.push(u32::MAX);
-                continue;
-            }
-            // Adding zero makes -0 and +0 one.
-            let bits = |v: glam::Vec3A| (v + glam::Vec3A::ZERO).to_array().map(f32::to_bits);
-            let ([a, b0, c], [d, e, f]) = (bits(b.min), bits(b.max));
-            let group = *group_of_box.entry([a, b0, c, d, e, f]).or_insert_with(|| {
-                unique.push(*b);
-                unique.len() as u32 - 1
-            });
-            group_of.push(group);
-        }
-        let mut start = vec![0u32; unique.len() + 1];
-        group_of.iter().filter(|&&g| g != u32::MAX).for_each(|&g| start[g as usize + 1] += 1);
-        for i in 1..start.len() {
-            start[i] += start[i - 1];
-        }
-        let mut next = start.clone();
-        let mut members = vec![0; start[unique.len()] as usize];
-        for (primitive, &group) in group_of.iter().enumerate().filter(|(_, g)| **g != u32::MAX) {
-            members[next[group as usize] as usize] = primitive as u32;
-            next[group as usize] += 1;
-        }
-        Self { boxes: unique, start, members }
-    }
-
-    fn members(&self, group: usize) -> &[u32] {
-        &self.members[self.start[group] as usize..self.start[group + 1] as usize]
-    }
-}
-
 /// Whether PLOC would see mostly equal centres (nested boxes) or a scene without a finite size.
 fn is_degenerate(boxes: &[Bounds]) -> bool {
     let all = boxes.iter().fold(Bounds::EMPTY, |a, b| a.union(b));
@@ -123,7 +80,7 @@ fn is_degenerate(boxes: &[Bounds]) -> bool {
     // Some evenly spread over the list tell enough.
     let sample = || boxes.iter().step_by(boxes.len().div_ceil(1 << 16));
     let cell = (all.max - all.min) / 2f32.powi(20);
-    let centers: rustc_hash::FxHashSet<[i32; 3]> = sample()
+    let centers: FxHashSet<[i32; 3]> = sample()
         .map(|b| ((b.min * 0.5 + b.max * 0.5 - all.min) / cell).to_array().map(|x| x as i32))
         .collect();
     centers.len() < sample().count() / 16
@@ -145,15 +102,17 @@ struct BinaryNode {
 }
 
 fn binary_by_obvhs(boxes: &[Bounds], leaves: Leaves) -> BinaryTree {
-    let aabbs: Vec<Box3> = boxes.iter().map(|b| Box3(Aabb::new(b.min, b.max))).collect();
-    // Reinsertion is much of the time of a huge build and gains least there.
+    let aabbs: Vec<Box3> = boxes.par_iter().map(|b| Box3(Aabb::new(b.min, b.max))).collect();
+    // Reinsertion is much of the time of a large build and gains least there; its second pass gains nothing.
+    let quickly = |reinsertion_batch_ratio| BvhBuildParams {
+        reinsertion_batch_ratio,
+        post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
+        ..BvhBuildParams::medium_build()
+    };
     let preset = match boxes.len() {
-        0..=HUGE => BvhBuildParams::medium_build(),
-        _ => BvhBuildParams {
-            reinsertion_batch_ratio: 0.01,
-            post_collapse_reinsertion_batch_ratio_multiplier: 0.0,
-            ..BvhBuildParams::medium_build()
-        },
+        n if n <= LARGE => BvhBuildParams::medium_build(),
+        n if n <= HUGE => quickly(0.02),
+        _ => quickly(0.01),
     };
     let params = BvhBuildParams {
         max_prims_per_leaf: leaves.max_primitives as u32,
@@ -163,7 +122,7 @@ fn binary_by_obvhs(boxes: &[Bounds], leaves: Leaves) -> BinaryTree {
     let Bvh2 { nodes, primitive_indices, .. } =
         build_bvh2(&aabbs, params, &mut std::time::Duration::default());
     let nodes = nodes
-        .iter()
+        .par_iter()
         .map(|n| {
             let bounds = Bounds { min: n.aabb().min, max: n.aabb().max };
             BinaryNode { bounds, count: n.prim_count, first: n.first_index }

@@ -2,6 +2,7 @@
 
 use super::TriangleMesh;
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 use tyndall_scene::prim::{Interpolation, Mesh, Primvar};
 use tyndall_scene::{Diagnostics, PrimPath};
 
@@ -37,7 +38,7 @@ pub(super) fn authored(
         };
         ids.map(|i| value(i).unwrap_or_else(|| face_normal(triangles, t)))
     };
-    Some((0..triangles.len()).map(corner_normals).collect())
+    Some((0..triangles.len()).into_par_iter().map(corner_normals).collect())
 }
 
 /// Normals of points, each the mean of its triangles' weighted by their angle there (Max 1999 discusses the choice):
@@ -59,7 +60,7 @@ pub(super) fn smooth(triangles: &TriangleMesh) -> Vec<[Vec3; 3]> {
     let corner_normals = |t: usize| {
         triangles.indices[t].map(|i| unit[i as usize].unwrap_or_else(|| face_normal(triangles, t)))
     };
-    (0..triangles.len()).map(corner_normals).collect()
+    (0..triangles.len()).into_par_iter().map(corner_normals).collect()
 }
 
 fn face_normal(triangles: &TriangleMesh, t: usize) -> Vec3 {
