@@ -59,6 +59,21 @@ def test_means_agree_at_any_sample_count(
     assert (np.abs(z) < 4).all(), f"{found.mean} against {expected.mean}: z {z}"
 
 
+def test_techniques_that_find_a_lamp_in_fog_share_its_light(tmp_path: Path) -> None:
+    """Light sampling before the distance, at the collision, and by direction: all weigh with the same densities."""
+    stage = StageBuilder(6, 6)
+    stage.camera((0, 0, 4), (0, 0, 0), vfov=20)
+    stage.box((-2, -2, -2), (2, 2, 2), stage.medium(0.8, 0.95, 0.6))
+    stage.sphere_light((0, 0.9, 0), 0.4, 6.0)
+    lamp = Shot(stage, tmp_path)
+    plain = {"distanceSampling": "delta", "guiding": "off"}
+    expected = estimate(lamp.seeds(16, spp=2048, max_bounces=3, first_seed=500, **plain))
+    found = estimate(lamp.seeds(64, spp=512, max_bounces=3, distanceSampling="delta", guiding="on"))
+    z = (found.mean - expected.mean) / np.hypot(found.error, expected.error)
+    assert (found.error < 0.002 * expected.mean).all(), f"not sharp enough: {found}"
+    assert (np.abs(z) < 4).all(), f"{found.mean} against {expected.mean}: z {z}"
+
+
 @pytest.mark.parametrize(
     ("sampling", "guiding"), [("odds", "off"), ("target", "off"), ("nds", "off"), ("odds", "on")]
 )
