@@ -1,20 +1,22 @@
 //! What guides a path, as a type: of an [`Unguided`] path nothing of guiding is left in the compiled loop, neither a
 //! test nor a byte (it cost 3 to 8 % of the time of scenes that are not guided).
 
+mod shifts;
+mod unguided;
+
+pub(super) use unguided::Unguided;
+
 use super::lesson::Lesson;
 use super::record::Recorder;
 use super::training::Trail;
 use super::vertex::Vertex;
 use glam::{Vec2, Vec3A};
-use std::convert::Infallible;
+use shifts::Shifts;
 use tyndall_guiding::directional::VmfMixture;
 use tyndall_guiding::field::{Field, Region};
 use tyndall_guiding::{FurtherSegments, SegmentGuide};
 use tyndall_math::random::Pcg;
 use tyndall_shading::Spread;
-
-/// Tells the numbers of [`Shifts`] from all others.
-const SHIFT_PURPOSE: u64 = u64::MAX - 1;
 
 /// A direction is drawn from the field no more often than this: what the field does not know must still be found.
 /// (Underwater .271 of error with three quarters at the most, .277 with one half.)
@@ -116,85 +118,6 @@ pub(super) trait Directions {
     fn sample(&self, u: Vec2) -> Vec3A;
     /// Tells what it was made of.
     fn record(&self, recorder: &mut Recorder);
-}
-
-/// Nothing guides the path, and it teaches nothing.
-pub(super) struct Unguided;
-
-impl Guidance for Unguided {
-    type Directions = Infallible;
-
-    #[inline]
-    fn camera(&self) -> Option<SegmentGuide> {
-        None
-    }
-
-    #[inline]
-    fn further(&mut self, _: Vec3A) -> Option<SegmentGuide> {
-        None
-    }
-
-    #[inline]
-    fn importance(&self, _: Vec3A) -> Option<f32> {
-        None
-    }
-
-    #[inline]
-    fn directions(&mut self, _: &Vertex<'_>, _: &mut Pcg) -> Option<Infallible> {
-        None
-    }
-
-    #[inline]
-    fn count_event(&mut self, _: bool) {}
-
-    #[inline]
-    fn shift(&mut self, u: f32) -> f32 {
-        u
-    }
-
-    #[inline]
-    fn trail(&mut self) -> Option<&mut Trail> {
-        None
-    }
-
-    #[inline]
-    fn learns_choice(&self) -> bool {
-        false
-    }
-
-    #[inline]
-    fn remember(&mut self, _: Lesson) {}
-
-    #[inline]
-    fn lights_candidates(&self) -> bool {
-        false
-    }
-
-    #[inline]
-    fn mark_lit(&mut self) {}
-
-    #[inline]
-    fn take_is_lit(&mut self) -> bool {
-        false
-    }
-}
-
-impl Directions for Infallible {
-    fn share(&self) -> f32 {
-        match *self {}
-    }
-
-    fn pdf(&self, _: Vec3A) -> f32 {
-        match *self {}
-    }
-
-    fn sample(&self, _: Vec2) -> Vec3A {
-        match *self {}
-    }
-
-    fn record(&self, _: &mut Recorder) {
-        match *self {}
-    }
 }
 
 /// A path that follows [`Guides`] or teaches them.
@@ -358,23 +281,5 @@ impl Directions for LearnedDirections {
     #[inline]
     fn record(&self, recorder: &mut Recorder) {
         recorder.guide(self.n_samples, self.mixture.len());
-    }
-}
-
-/// Shifts of stratified numbers, modulo 1 (Cranley & Patterson 1976); the same for all samples of a pixel in an epoch,
-/// which stay stratified among each other.
-struct Shifts(Option<Pcg>);
-
-impl Shifts {
-    fn new(seed: u64, pixel: u64, epoch: u32) -> Self {
-        Self((epoch > 0).then(|| Pcg::new(&[seed, pixel, u64::from(epoch), SHIFT_PURPOSE])))
-    }
-
-    #[inline]
-    fn apply(&mut self, u: f32) -> f32 {
-        match &mut self.0 {
-            Some(shifts) => (u + shifts.next_f32()).fract(),
-            None => u,
-        }
     }
 }
