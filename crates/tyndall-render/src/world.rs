@@ -20,6 +20,7 @@ mod place;
 mod placements;
 mod query;
 mod shade;
+mod surface_mesh;
 mod surfaces;
 
 pub use build::WorldError;

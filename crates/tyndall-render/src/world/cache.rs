@@ -1,7 +1,7 @@
 //! What outlives a commit because it is expensive to build.
 
 use super::bake::{BakeSource, Baked};
-use super::surfaces::SurfaceMesh;
+use super::surface_mesh::SurfaceMesh;
 use rustc_hash::FxHashMap;
 use std::sync::Arc;
 use tyndall_scene::prim::{FieldSource, Mesh, Shape};

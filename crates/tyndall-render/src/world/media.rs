@@ -10,7 +10,7 @@ use super::grids::{self, LoadedField};
 use super::materials::Materials;
 use super::place::Place;
 use super::placements::{camera_relative, is_invertible, relative_to};
-use super::surfaces::{ShapeOfSurface, SurfaceMesh};
+use super::surface_mesh::{ShapeOfSurface, SurfaceMesh};
 use fields::{field_of, has_all_fields, volume_extent};
 use glam::{DAffine3, DVec3, Vec3A};
 use parts::{Part, PartTint, homogeneous, parts};

@@ -4,7 +4,7 @@ use super::super::bake::{BakeSource, Baked, FieldSampler, FieldVoxels, Layer};
 use super::super::context::BuildContext;
 use super::super::grids;
 use super::super::placements::relative_to;
-use super::super::surfaces::SurfaceMesh;
+use super::super::surface_mesh::SurfaceMesh;
 use super::MediaBuilder;
 use super::parts::{homogeneous, phase};
 use glam::{DAffine3, DVec3, Vec3A};
