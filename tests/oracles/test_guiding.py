@@ -60,7 +60,7 @@ def test_means_agree_at_any_sample_count(
 
 
 def test_techniques_that_find_a_lamp_in_fog_share_its_light(tmp_path: Path) -> None:
-    """Light sampling before the distance, at the collision, and by direction: all weigh with the same densities."""
+    """Light before the distance, light at the collision, and directions weigh with the same densities."""
     stage = StageBuilder(6, 6)
     stage.camera((0, 0, 4), (0, 0, 0), vfov=20)
     stage.box((-2, -2, -2), (2, 2, 2), stage.medium(0.8, 0.95, 0.6))
