@@ -12,6 +12,8 @@ if TYPE_CHECKING:
 
 #: A new material or world always has a node tree, whatever `use_nodes` says.
 _TREES_ALWAYS_COUNT = bpy.app.version >= (5, 0, 0)
+#: Blender 5.0 drew other random numbers for Voronoi's cells than those before; ours are of 5.0.
+VORONOI_AGREES = bpy.app.version >= (5, 0, 0)
 
 
 def node_tree(owner: Material | World) -> bpy.types.NodeTree | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from .. import compat
 from .tree import Converter
 
 if TYPE_CHECKING:
@@ -68,6 +69,8 @@ class Voronoi(Converter):
     def convert(self, node: SourceNode) -> NodeInput:
         """Return the graph's node of that name."""
         source = node.node
+        if not compat.VORONOI_AGREES:
+            node.warn("has other random numbers before Blender 5.0", "its cells lie where those of 5.0 do")
         if source.voronoi_dimensions != "3D":
             node.warn(f"has {source.voronoi_dimensions[0]} dimensions", "three are used")
         if source.feature not in _FEATURES or node.output.identifier not in _OUTPUTS:
