@@ -14,7 +14,7 @@ use tyndall_math::sampling::uniform_sphere;
 
 /// A field of many small regions.
 static FIELD: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
-    let settings = FieldSettings { region_samples: 64, initial_lobes: 16, ..Default::default() };
+    let settings = FieldSettings { region_samples: 64, ..Default::default() };
     let mut field = Field::new(settings);
     for seed in 0..4 {
         field.update(&samples(seed, 800_000));
@@ -25,17 +25,10 @@ static FIELD: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
     (cache, bytes)
 });
 
-/// A field whose file has 70 MB, of regions with as many lobes as renders use. How well they fit does not matter here:
-/// one step of fitting makes it in a minute.
+/// A field whose file has 70 MB. How well lobes fit does not matter here: one step of fitting makes it in a minute.
 static LARGE: LazyLock<(Cache, Vec<u8>)> = LazyLock::new(|| {
-    let settings = FieldSettings {
-        region_samples: 64,
-        effective_samples: 16,
-        initial_lobes: 8,
-        max_lobes: 8,
-        max_iterations: 1,
-        ..Default::default()
-    };
+    let settings =
+        FieldSettings { region_samples: 64, effective_samples: 16, max_iterations: 1, ..Default::default() };
     let mut field = Field::new(settings);
     field.update(&samples(0, 5_000_000));
     let size = field.statistics();

@@ -30,6 +30,7 @@ mod merge;
 mod prune;
 mod words;
 
+pub(crate) use blocks::Unpacking;
 pub use container::{FORMAT, MAGIC};
 pub use error::CacheError;
 pub use fingerprint::{Fingerprint, Present, Reuse, Section};
@@ -38,7 +39,7 @@ pub(crate) use words::{Reader, Writer, f32s_of};
 
 use crate::field::Field;
 use crate::image_space::{ImageGuide, View};
-use container::{Container, Kind};
+use container::{Container, Kind, Opened};
 use error::Result;
 
 /// Counts above this are not believed: sums of them must not overflow.
@@ -97,17 +98,16 @@ impl Cache {
     /// # Errors
     /// The file is something else, of another version, incomplete or damaged.
     pub fn from_bytes(bytes: &[u8]) -> std::result::Result<Self, CacheError> {
-        let container = Container::from_bytes(bytes)?;
-        let mut summary =
-            container.section(Kind::Summary).ok_or(CacheError::Malformed("it has no summary"))?;
-        let mut cache = Self::read_summary(&mut summary)?;
-        summary.finish()?;
+        let file = Opened::from_bytes(bytes)?;
+        let summary = file.section(Kind::Summary)?.ok_or(CacheError::Malformed("it has no summary"))?;
+        let mut cache = read_at_once(summary, Self::read_summary)?;
+        let (field, image) = (file.section(Kind::Field)?, file.section(Kind::Image)?);
         let (field, image) = rayon::join(
-            || container.section(Kind::Field).map(|section| read_all(section, Field::read)).transpose(),
-            || container.section(Kind::Image).map(|section| read_all(section, ImageGuide::read)).transpose(),
+            || field.map(Field::read).transpose(),
+            || image.map(|section| read_at_once(section, ImageGuide::read)).transpose(),
         );
         (cache.field, cache.image) = (field?, image?);
-        cache.renderer = container.renderer;
+        cache.renderer = file.renderer;
         Ok(cache)
     }
 
@@ -144,9 +144,10 @@ impl Cache {
     }
 }
 
-fn read_all<T>(mut section: Reader<'_>, read: impl FnOnce(&mut Reader<'_>) -> Result<T>) -> Result<T> {
-    let content = read(&mut section)?;
-    section.finish()?;
+fn read_at_once<T>(mut section: Unpacking<'_>, read: impl FnOnce(&mut Reader<'_>) -> Result<T>) -> Result<T> {
+    let mut numbers = section.take(section.left())?;
+    let content = read(&mut numbers)?;
+    numbers.finish()?;
     Ok(content)
 }
 

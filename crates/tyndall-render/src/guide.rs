@@ -37,10 +37,6 @@ const TEACHING_STRIDE: u64 = 16;
 /// Paths of a pass of which none is left out of teaching: a small image or a first pass has few.
 const FEW_PATHS: u64 = 1 << 14;
 
-/// Lobes of a region at most. More are hardly better and each vertex pays for them (kitchen, 32 samples: .197 of error with
-/// up to 32 lobes, .204 with 8, at 1.5 times the time).
-const MAX_LOBES: u32 = 8;
-
 /// The guides of one render.
 #[derive(Debug, Clone)]
 pub(crate) struct RenderGuide {
@@ -114,8 +110,7 @@ impl RenderGuide {
         let strategy = arm::strategy(settings).filter(|_| arms.iter().any(|arm| arm.odds));
         let camera = strategy.map(|strategy| ImageGuide::new([0, 0], width, height, strategy));
         let needs_field = arms.iter().any(|arm| arm.needs_field(settings));
-        let field_settings = FieldSettings { max_lobes: MAX_LOBES, ..FieldSettings::default() };
-        let field = needs_field.then(|| Field::new(field_settings));
+        let field = needs_field.then(|| Field::new(FieldSettings::default()));
         Self {
             camera,
             field,

@@ -5,10 +5,15 @@
 //! their exponent. A block that would not get smaller is stored as it is.
 
 use super::error::{CacheError, Result};
+use super::words::Reader;
 use rayon::prelude::*;
+use std::collections::VecDeque;
+use std::ops::Range;
 
 /// Bytes of a block before compression; the last one may be shorter.
 const BLOCK: usize = 1 << 18;
+/// Blocks that a thread unpacks before they are read: with what they are unpacked from, 2 MB.
+const BLOCKS_PER_THREAD: usize = 4;
 /// LZ4 makes no more than this out of a byte.
 const MOST_PER_BYTE: u64 = 255;
 const BAD: CacheError = CacheError::Malformed("a compressed block cannot be unpacked");
@@ -19,19 +24,88 @@ pub(super) fn compress(raw: &[u8]) -> Vec<u8> {
     sizes.chain(blocks.iter().flatten().copied()).collect()
 }
 
-/// What `raw_len` bytes were compressed to `stored`. Allocates only what `stored` can hold.
-pub(super) fn decompress(stored: &[u8], raw_len: u64) -> Result<Vec<u8>> {
-    if raw_len > MOST_PER_BYTE * stored.len() as u64 {
-        return Err(BAD);
+/// Bytes that are unpacked when they are asked for, a few blocks a thread at a time: what reads them finds them in its
+/// processor's cache, and there is no second copy of everything in memory.
+pub(crate) struct Unpacking<'a> {
+    blocks: VecDeque<&'a [u8]>,
+    /// What is still to be unpacked of all.
+    packed: usize,
+    buffer: Vec<u8>,
+    /// What is unpacked of the buffer, and not yet taken.
+    at_hand: Range<usize>,
+    sorted: Vec<u8>,
+}
+
+impl<'a> Unpacking<'a> {
+    /// What `raw_len` bytes were compressed to.
+    pub(super) fn new(stored: &'a [u8], raw_len: u64) -> Result<Self> {
+        // Nothing is allocated that `stored` cannot hold.
+        if raw_len > MOST_PER_BYTE * stored.len() as u64 {
+            return Err(BAD);
+        }
+        let packed = usize::try_from(raw_len).map_err(|_| BAD)?;
+        let blocks = split(stored, packed)?.into();
+        Ok(Self { blocks, packed, buffer: Vec::new(), at_hand: 0..0, sorted: Vec::new() })
     }
-    let raw_len = usize::try_from(raw_len).map_err(|_| BAD)?;
-    let blocks = split(stored, raw_len)?;
-    let mut raw = vec![0; raw_len];
-    let room = || vec![0; BLOCK.min(raw_len)];
-    let unpack =
-        |sorted: &mut Vec<u8>, (raw, block): (&mut [u8], &[u8])| decompress_block(block, sorted, raw);
-    raw.par_chunks_mut(BLOCK).zip(blocks).try_for_each_init(room, unpack)?;
-    Ok(raw)
+
+    /// Bytes not yet taken.
+    pub(crate) fn left(&self) -> usize {
+        self.at_hand.len() + self.packed
+    }
+
+    /// Numbers of the next `n` bytes.
+    pub(crate) fn take(&mut self, n: usize) -> Result<Reader<'_>> {
+        if n > self.left() {
+            return Err(CacheError::Malformed("a section announces more than it holds"));
+        }
+        self.unpack(n)?;
+        let begin = self.at_hand.start;
+        self.at_hand.start += n;
+        Ok(Reader::new(&self.buffer[begin..begin + n]))
+    }
+
+    /// Bytes that come next, at least `least` of them unless fewer are left. [`Self::skip`] takes them.
+    pub(crate) fn peek(&mut self, least: usize) -> Result<&[u8]> {
+        self.unpack(least.min(self.left()))?;
+        Ok(&self.buffer[self.at_hand.clone()])
+    }
+
+    /// Takes `n` of the bytes at hand.
+    pub(crate) fn skip(&mut self, n: usize) {
+        self.at_hand.start += n.min(self.at_hand.len());
+    }
+
+    /// Nothing may be left at the end of a section.
+    pub(crate) fn finish(self) -> Result<()> {
+        if self.left() == 0 {
+            Ok(())
+        } else {
+            Err(CacheError::Malformed("a section is longer than its content"))
+        }
+    }
+
+    /// Puts at least `least` bytes at hand; there are as many.
+    fn unpack(&mut self, least: usize) -> Result<()> {
+        let rest = self.at_hand.len();
+        let Some(missing) = least.checked_sub(rest).filter(|&missing| missing > 0) else { return Ok(()) };
+        let batch = BLOCKS_PER_THREAD * rayon::current_num_threads() * BLOCK;
+        let more = missing.next_multiple_of(BLOCK).max(batch).min(self.packed);
+        self.buffer.copy_within(self.at_hand.clone(), 0);
+        self.at_hand = 0..rest + more;
+        self.packed -= more;
+        grow_to(&mut self.buffer, rest + more);
+        grow_to(&mut self.sorted, more);
+        let blocks: Vec<_> = self.blocks.drain(..more.div_ceil(BLOCK)).collect();
+        let raw = self.buffer[rest..rest + more].par_chunks_mut(BLOCK);
+        let unpack = |((raw, sorted), block)| decompress_block(block, sorted, raw);
+        raw.zip(self.sorted[..more].par_chunks_mut(BLOCK)).zip(blocks).try_for_each(unpack)
+    }
+}
+
+fn grow_to(buffer: &mut Vec<u8>, n: usize) {
+    if buffer.len() < n {
+        buffer.resize(n, 0);
+    }
 }
 
 /// The blocks; their sizes add up exactly.
@@ -52,13 +126,12 @@ fn compress_block(raw: &[u8]) -> Vec<u8> {
     if compressed.len() < raw.len() { compressed } else { raw.to_vec() }
 }
 
-/// `sorted` is room for no less than there is in `raw`.
+/// `sorted` is room for what there is in `raw`.
 fn decompress_block(block: &[u8], sorted: &mut [u8], raw: &mut [u8]) -> Result<()> {
     if block.len() == raw.len() {
         raw.copy_from_slice(block);
         return Ok(());
     }
-    let sorted = &mut sorted[..raw.len()];
     match lz4_flex::block::decompress_into(block, sorted) {
         Ok(n) if n == raw.len() => {
             to_words(sorted, raw);
@@ -79,9 +152,11 @@ fn by_significance(raw: &[u8]) -> Vec<u8> {
 fn to_words(sorted: &[u8], raw: &mut [u8]) {
     let (words, tail) = raw.as_chunks_mut::<4>();
     let n = words.len();
-    let digit = |k: usize| &sorted[k * n..][..n];
-    for ((((word, a), b), c), d) in words.iter_mut().zip(digit(0)).zip(digit(1)).zip(digit(2)).zip(digit(3)) {
-        *word = [*a, *b, *c, *d];
+    let [first, second, third, fourth] = std::array::from_fn(|k| &sorted[k * n..][..n]);
+    // In this form it compiles to vector code.
+    for (i, word) in words.iter_mut().enumerate() {
+        let digits = [first[i], second[i], third[i], fourth[i]].map(u32::from);
+        *word = (digits[0] | digits[1] << 8 | digits[2] << 16 | digits[3] << 24).to_le_bytes();
     }
     tail.copy_from_slice(&sorted[4 * n..]);
 }
@@ -90,6 +165,13 @@ fn to_words(sorted: &[u8], raw: &mut [u8]) {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    fn decompress(stored: &[u8], raw_len: u64) -> Result<Vec<u8>> {
+        let mut unpacking = Unpacking::new(stored, raw_len)?;
+        let raw = unpacking.take(raw_len as usize)?.rest().to_vec();
+        unpacking.finish()?;
+        Ok(raw)
+    }
 
     #[test]
     fn blocks_of_any_length_come_back() {
@@ -101,6 +183,27 @@ mod tests {
                 assert!(stored.len() <= raw.len() + 4 * n.div_ceil(BLOCK));
                 assert_eq!(decompress(&stored, n as u64).unwrap(), raw);
             }
+        }
+    }
+
+    #[test]
+    fn bytes_come_in_order_however_they_are_taken() {
+        let raw: Vec<u8> = (0..9 * BLOCK as u32 + 77).map(|i| (i.wrapping_mul(i) >> 17) as u8).collect();
+        let stored = compress(&raw);
+        for step in [1000, BLOCK - 3, 5 * BLOCK + 1] {
+            let mut unpacking = Unpacking::new(&stored, raw.len() as u64).unwrap();
+            let mut back: Vec<u8> = Vec::new();
+            while unpacking.left() > 0 {
+                let n = step.min(unpacking.left());
+                assert!(unpacking.peek(n).unwrap().len() >= n);
+                if back.len().is_multiple_of(2) {
+                    back.extend(unpacking.take(n).unwrap().rest());
+                } else {
+                    back.extend(&unpacking.peek(n).unwrap()[..n]);
+                    unpacking.skip(n);
+                }
+            }
+            assert!(back == raw && unpacking.take(1).is_err());
         }
     }
 

@@ -15,7 +15,7 @@
 //!
 //! All numbers are little-endian; checksums are the first half of BLAKE3. Every byte of a file is under some checksum.
 
-use super::blocks;
+use super::blocks::{self, Unpacking};
 use super::error::{CacheError, Result};
 use super::words::{Reader, Writer};
 use rayon::prelude::*;
@@ -44,7 +44,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    const ALL: [Self; 3] = [Self::Summary, Self::Field, Self::Image];
+    pub(super) const ALL: [Self; 3] = [Self::Summary, Self::Field, Self::Image];
 
     fn code(self) -> u32 {
         self as u32 + 1
@@ -63,17 +63,19 @@ impl Kind {
     }
 }
 
-/// Unpacked sections and who wrote them.
+/// Sections and who wrote them, to be written.
 pub(super) struct Container {
     pub(super) renderer: String,
     pub(super) sections: Vec<(Kind, Vec<u8>)>,
 }
 
-impl Container {
-    pub(super) fn section(&self, kind: Kind) -> Option<Reader<'_>> {
-        self.sections.iter().find(|(k, _)| *k == kind).map(|(_, raw)| Reader::new(raw))
-    }
+/// A file whose checksums are right.
+pub(super) struct Opened<'a> {
+    pub(super) renderer: String,
+    sections: Vec<(Kind, &'a [u8], u64)>,
+}
 
+impl Container {
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         let stored: Vec<_> = self.sections.iter().map(|(_, raw)| blocks::compress(raw)).collect();
         let mut out = Writer::default();
@@ -96,17 +98,22 @@ impl Container {
         stored.iter().for_each(|stored| bytes.extend(stored));
         bytes
     }
+}
 
-    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self> {
+impl<'a> Opened<'a> {
+    pub(super) fn from_bytes(bytes: &'a [u8]) -> Result<Self> {
         let header = Header::read(bytes)?;
         let sections = header.rows.par_iter().zip(header.split(bytes)?);
-        let unpacked = sections.map(|(row, stored)| {
-            if checksum(stored) != row.checksum {
-                return Err(CacheError::Checksum(row.kind.name()));
-            }
-            Ok((row.kind, blocks::decompress(stored, row.unpacked)?))
+        let checked = sections.map(|(row, stored)| {
+            let is_whole = checksum(stored) == row.checksum;
+            is_whole.then_some((row.kind, stored, row.unpacked)).ok_or(CacheError::Checksum(row.kind.name()))
         });
-        Ok(Self { sections: unpacked.collect::<Result<_>>()?, renderer: header.renderer })
+        Ok(Self { sections: checked.collect::<Result<_>>()?, renderer: header.renderer })
+    }
+
+    pub(super) fn section(&self, kind: Kind) -> Result<Option<Unpacking<'a>>> {
+        let found = self.sections.iter().find(|(k, ..)| *k == kind);
+        found.map(|(_, stored, unpacked)| Unpacking::new(stored, *unpacked)).transpose()
     }
 }
 

@@ -236,7 +236,13 @@ proptest! {
         edits in prop::collection::vec((any::<prop::sample::Index>(), any::<u32>()), 1..8),
         cut in prop::option::of(any::<prop::sample::Index>()),
     ) {
-        let mut container = Container::from_bytes(&BYTES).unwrap();
+        let file = Opened::from_bytes(&BYTES).unwrap();
+        let raw = |kind: Kind| {
+            let mut section = file.section(kind).unwrap().unwrap();
+            (kind, section.take(section.left()).unwrap().rest().to_vec())
+        };
+        let sections = Kind::ALL.map(raw).to_vec();
+        let mut container = Container { renderer: file.renderer.clone(), sections };
         let raw = &mut container.sections[which].1;
         for (at, value) in edits {
             let at = at.index(raw.len() / 4) * 4;

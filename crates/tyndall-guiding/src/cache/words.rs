@@ -79,6 +79,11 @@ impl<'a> Reader<'a> {
         Ok(f64::from_le_bytes(self.array()?))
     }
 
+    /// What is left.
+    pub(crate) fn rest(&self) -> &'a [u8] {
+        self.0
+    }
+
     /// Nothing may be left at the end of a section.
     pub(crate) fn finish(self) -> Result<()> {
         if self.0.is_empty() {

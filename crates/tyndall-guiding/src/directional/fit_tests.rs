@@ -117,12 +117,12 @@ fn the_parameters_of_three_lobes_are_recovered() {
 #[test]
 fn a_spread_mixture_finds_the_shape() {
     let samples = drawn(&truth(), 30_000);
-    let mut mixture = VmfMixture::spread(16);
+    let mut mixture = VmfMixture::spread(8);
     let before = divergence(&mixture);
     let report = fit(&mut mixture, &samples);
     assert!(report.converged && report.n_iterations < MAX_ITERATIONS, "{report:?}");
     assert!(before > 1.0 && divergence(&mixture) < 0.05, "{before} -> {}", divergence(&mixture));
-    assert_eq!(mixture.len(), 16);
+    assert_eq!(mixture.len(), 8);
 }
 
 #[test]

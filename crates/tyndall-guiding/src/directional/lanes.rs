@@ -2,8 +2,9 @@
 
 use std::ops::{Add, Div, Index, IndexMut, Mul, Sub};
 
-/// Lobes a mixture can hold.
-pub const MAX_LOBES: usize = 32;
+/// Lobes a mixture can hold. More are hardly better, and each vertex pays for them (kitchen, 32 samples: .197 of error with
+/// up to 32 lobes, .204 with 8, at 1.5 times the time).
+pub const MAX_LOBES: usize = 8;
 /// Lobes per group.
 pub(crate) const LANES: usize = 8;
 const GROUPS: usize = MAX_LOBES / LANES;
@@ -167,6 +168,29 @@ impl PerLobe {
         all
     }
 
+    /// The numbers of all lobes, 0 for those that there are not.
+    #[inline]
+    pub(crate) fn from_array(values: [f32; MAX_LOBES]) -> Self {
+        Self(std::array::from_fn(|g| Lanes(std::array::from_fn(|l| values[g * LANES + l]))))
+    }
+
+    /// Whether all numbers of these rows are.
+    #[inline]
+    pub(crate) fn are_finite<'a>(rows: impl Iterator<Item = &'a Self>) -> bool {
+        // 0·v is 0 for finite numbers and NaN for all others.
+        let mut sum = Lanes::splat(0.0);
+        rows.for_each(|row| row.0.iter().for_each(|group| sum = sum + *group * 0.0));
+        sum.0 == [0.0; LANES]
+    }
+
+    /// Whether all numbers of these rows are, those that are NaN left out.
+    #[inline]
+    pub(crate) fn are_nonnegative<'a>(rows: impl Iterator<Item = &'a Self>) -> bool {
+        let mut least = Lanes::splat(0.0);
+        rows.for_each(|row| row.0.iter().for_each(|group| least = group.min(least)));
+        least.0 == [0.0; LANES]
+    }
+
     /// Sum over all lobes, in f64 and in order.
     pub(crate) fn total(&self) -> f64 {
         self.0.iter().flat_map(|group| group.0).map(f64::from).sum()
@@ -195,6 +219,18 @@ mod tests {
 
     fn exp(x: f32) -> f32 {
         Lanes::splat(x).exp_nonpositive().0[3]
+    }
+
+    #[test]
+    fn one_bad_number_among_rows_is_found() {
+        let mut rows = [PerLobe::splat(1.0), PerLobe::splat(f32::MAX), PerLobe::splat(-0.0)];
+        assert!(PerLobe::are_finite(rows.iter()) && PerLobe::are_nonnegative(rows.iter()));
+        rows[1][6] = -1e-45;
+        assert!(PerLobe::are_finite(rows.iter()) && !PerLobe::are_nonnegative(rows.iter()));
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            rows[1][6] = bad;
+            assert!(!PerLobe::are_finite(rows.iter()));
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! A mixture of up to 32 von Mises–Fisher lobes, stored as structure of arrays.
+//! A mixture of up to eight von Mises–Fisher lobes, stored as structure of arrays.
 
 use super::VmfLobe;
 use super::lanes::{Lanes, MAX_LOBES, PerLobe, groups_of};
@@ -7,7 +7,7 @@ use glam::{Vec2, Vec3A};
 use std::f32::consts::TAU;
 use tyndall_math::INV_4PI;
 
-/// Concentration of the lobes of a new mixture: sixteen of them overlap at half their height.
+/// Concentration of the lobes of a new mixture: seven of them and a uniform one are uniform to within a factor of two.
 const INITIAL_KAPPA: f32 = 5.0;
 
 /// A sampled direction.
@@ -139,7 +139,7 @@ impl VmfMixture {
     fn finish(&mut self) -> f64 {
         let groups = &self.weight.0[..groups_of(self.len)];
         let total: f64 = groups.iter().flat_map(|group| group.0).map(f64::from).sum();
-        let scale = (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32;
+        let scale = normalising(total);
         for g in 0..groups_of(self.len) {
             self.weight.0[g] = self.weight.0[g] * scale;
         }
@@ -241,6 +241,19 @@ impl VmfMixture {
         }
         Some((last, rescale((u - begin).max(0.0), 1.0 - begin)))
     }
+}
+
+/// Makes weights sum to 1, as those of mixtures do.
+pub(crate) fn normalise<'a>(weights: impl ExactSizeIterator<Item = &'a mut f32>) {
+    let weights: Vec<_> = weights.collect();
+    let scale = normalising(weights.iter().map(|weight| f64::from(**weight)).sum());
+    weights.into_iter().for_each(|weight| *weight *= scale);
+}
+
+/// What normalises weights of this sum.
+#[inline]
+fn normalising(total: f64) -> f32 {
+    (1.0 / total.max(f64::from(f32::MIN_POSITIVE))) as f32
 }
 
 /// Broad lobes evenly over the sphere.

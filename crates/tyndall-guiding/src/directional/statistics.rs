@@ -93,6 +93,11 @@ impl SufficientStatistics {
     /// Adds the samples of `other`, assigned to the same lobes.
     pub fn merge(&mut self, other: &Self) {
         self.sums.merge(&other.sums);
+        self.add_totals(other);
+    }
+
+    /// Adds only the sums over all lobes.
+    pub(crate) fn add_totals(&mut self, other: &Self) {
         self.log_likelihood += other.log_likelihood;
         self.total_weight += other.total_weight;
         self.n += other.n;
@@ -197,11 +202,6 @@ impl SufficientStatistics {
     /// Gives half of lobe `from` to the new lobe `to`, each as if its samples lay around its own new lobe.
     pub(crate) fn split(&mut self, from: usize, to: usize) {
         self.sums.halve(from, to);
-    }
-
-    /// Gives lobe `from` to lobe `to`; lobe `last` takes its number.
-    pub(crate) fn fold(&mut self, from: usize, to: usize, last: usize) {
-        self.sums.fold(from, to, last);
     }
 
     /// Re-aims the directional sum of lobe `k` as if all its samples lay around `lobe`.

@@ -13,6 +13,9 @@ impl<const N: usize> Default for LobeSums<N> {
 }
 
 impl<const N: usize> LobeSums<N> {
+    /// Sums of each lobe.
+    pub(crate) const ROWS: usize = N;
+
     /// Adds to each lobe its share of `values`.
     #[inline]
     pub(crate) fn add(&mut self, shares: &PerLobe, n_groups: usize, values: &[f32; N]) {
@@ -51,15 +54,6 @@ impl<const N: usize> LobeSums<N> {
             sums[to] = sums[from];
         }
     }
-
-    /// Gives the samples of lobe `from` to lobe `to`, and closes the gap with those of lobe `last`.
-    pub(crate) fn fold(&mut self, from: usize, to: usize, last: usize) {
-        for sums in &mut self.0 {
-            sums[to] += sums[from];
-            sums[from] = sums[last];
-            sums[last] = 0.0;
-        }
-    }
 }
 
 #[cfg(test)]
@@ -68,16 +62,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn sums_split_and_fold_without_loss() {
+    fn sums_are_shared_blended_and_halved() {
         let mut sums = LobeSums::<2>::default();
         let mut shares = PerLobe::ZERO;
-        (shares[0], shares[9]) = (0.25, 0.75);
-        sums.add(&shares, groups_of(10), &[4.0, 8.0]);
-        assert_eq!((sums.0[0][0], sums.0[1][9]), (1.0, 6.0));
-        assert_eq!(sums.blend(&shares, 2), [0.25 + 0.75 * 3.0, 0.5 + 0.75 * 6.0]);
-        sums.halve(9, 10);
-        assert_eq!((sums.0[0][9], sums.0[0][10]), (1.5, 1.5));
-        sums.fold(0, 9, 10);
-        assert_eq!((sums.0[0][9], sums.0[0][0], sums.0[0][10]), (2.5, 1.5, 0.0));
+        (shares[0], shares[6]) = (0.25, 0.75);
+        sums.add(&shares, groups_of(7), &[4.0, 8.0]);
+        assert_eq!((sums.0[0][0], sums.0[1][6]), (1.0, 6.0));
+        assert_eq!(sums.blend(&shares, 1), [0.25 + 0.75 * 3.0, 0.5 + 0.75 * 6.0]);
+        sums.halve(6, 7);
+        assert_eq!((sums.0[0][6], sums.0[0][7]), (1.5, 1.5));
     }
 }

@@ -1,22 +1,19 @@
 //! How many lobes a region takes.
 //!
 //! Source: Ruppert et al. 2020, doi:10.1145/3386569.3392421, section 5: a lobe is split where the chi-square divergence of
-//! the mixture from the light is large, and two are merged where that of one lobe from both is small.
+//! the mixture from the light is large, and two are merged (`similar`) where that of one lobe from both is small.
 
 use super::Region;
 use super::parallax::Observation;
 use crate::directional::{
     Assigner, LobeSums, MAX_CONCENTRATION, SufficientStatistics, VmfLobe, VmfMixture,
-    concentration_from_mean_cosine, merged, merging_divergence,
+    concentration_from_mean_cosine,
 };
 use glam::Vec3A;
 use tyndall_math::Frame;
 
 /// A lobe's part of the divergence above which it is split.
 const SPLIT_ABOVE: f32 = 0.5;
-/// The divergence below which two lobes become one. The published 0.025 merges lights of a few per cent with what is
-/// around them (`examples/guided_balls.rs`: up to twice the variance).
-const MERGE_BELOW: f64 = 0.001;
 /// Effective samples a lobe needs to be split: the divergence is noise below.
 const MIN_SAMPLES: f32 = 6.0;
 /// Samples per partial sum.
@@ -126,53 +123,4 @@ fn tangential_moments(misfit: &Misfit, k: usize, frame: &Frame) -> (f32, f32, f3
     };
     let (t, b) = (frame.tangent, frame.bitangent);
     (t.dot(times(t)).max(0.0), b.dot(times(t)), b.dot(times(b)).max(0.0))
-}
-
-/// Merges pairs of lobes, the most alike first, as long as one lobe can stand for both.
-pub(super) fn merge_similar(region: &mut Region) {
-    merge_pairs(region, |cost, _| cost < MERGE_BELOW);
-}
-
-/// Merges pairs of lobes, the most alike first, until there are no more than `most`.
-pub(super) fn merge_down_to(region: &mut Region, most: usize) {
-    merge_pairs(region, |_, n| n > most);
-}
-
-/// Merges the pair that costs least as long as `goes_on` says so of that cost and the number of lobes.
-fn merge_pairs(region: &mut Region, goes_on: impl Fn(f64, usize) -> bool) {
-    let mut lobes: Vec<_> = region.mixture.lobes().collect();
-    let before = lobes.len();
-    let row = |lobes: &[(f32, VmfLobe)], of: usize| -> Vec<f64> {
-        lobes[..of].iter().map(|other| merging_divergence(*other, lobes[of])).collect()
-    };
-    // What merging costs, for each lobe with those before it.
-    let mut costs: Vec<Vec<f64>> = (0..before).map(|of| row(&lobes, of)).collect();
-    while let Some((cost, to, from)) = most_alike(&costs)
-        && goes_on(cost, lobes.len())
-    {
-        let last = lobes.len() - 1;
-        lobes[to] = merged(lobes[to], lobes[from]);
-        lobes.swap_remove(from);
-        region.statistics.fold(from, to, last);
-        region.moments.fold(from, to, last);
-        costs.pop();
-        for changed in [to, from].into_iter().filter(|&k| k < last) {
-            costs[changed] = row(&lobes, changed);
-            for later in changed + 1..last {
-                costs[later][changed] = merging_divergence(lobes[changed], lobes[later]);
-            }
-        }
-    }
-    if lobes.len() < before {
-        region.mixture = VmfMixture::from_lobes(lobes);
-    }
-}
-
-/// What merging costs least, and of which pair; the lower number first.
-fn most_alike(costs: &[Vec<f64>]) -> Option<(f64, usize, usize)> {
-    let pairs = costs
-        .iter()
-        .enumerate()
-        .flat_map(|(from, row)| row.iter().enumerate().map(move |(to, c)| (*c, to, from)));
-    pairs.min_by(|a, b| a.0.total_cmp(&b.0))
 }

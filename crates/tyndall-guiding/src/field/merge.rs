@@ -4,11 +4,10 @@
 //! its middle, and what they stand for is *added*, sum by sum; where several regions lie in the same one, they share it by
 //! their samples. Lobes that say the same are merged, and more of them while there are too many.
 
-use super::adapt::{merge_down_to, merge_similar};
 use super::parallax::seen_from;
+use super::similar::LearnedLobes;
 use super::tree::Tree;
 use super::{Field, Region};
-use crate::directional::{LobeSums, MAX_LOBES, PerLobe, SufficientStatistics, VmfMixture};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -66,44 +65,21 @@ impl Region {
         other.move_to(self.pivot.into());
         other.statistics.decay(share);
         other.moments.scale(share);
-        let room = MAX_LOBES / 2;
-        merge_down_to(self, room);
-        merge_down_to(&mut other, room);
+        let mut lobes = LearnedLobes::of(self);
         let light = |region: &Self| region.statistics.weights()[0] as f32;
         let (mine, others) = (light(self), light(&other));
         if others > 0.0 && mine + others < f32::MAX {
-            let part = others / (mine + others);
-            let lobes = |region: &Self, part: f32| -> Vec<_> {
-                region.mixture.lobes().map(|(weight, lobe)| (weight * part, lobe)).collect()
-            };
-            let all: Vec<_> = lobes(self, 1.0 - part).into_iter().chain(lobes(&other, part)).collect();
-            // Lobes of no weight would be left out, and the sums of those after them be another's.
-            if all.iter().all(|(weight, _)| *weight > 0.0) {
-                self.append(&other, VmfMixture::from_lobes(all));
-            }
+            lobes = lobes.and(LearnedLobes::of(&other), others / (mine + others));
+            self.statistics.add_totals(&other.statistics);
         } else {
             self.statistics.count_dark(other.statistics.n_samples() as usize);
         }
         self.n_samples += share * other.n_samples;
-        merge_similar(self);
-        merge_down_to(self, max_lobes);
+        lobes.merge_similar();
+        lobes.merge_down_to(max_lobes);
+        lobes.put_into(self);
         self.inverse_distance = self.statistics.inverse_distances();
         self.set_background_distance();
-    }
-
-    /// Puts the lobes of `other` behind these, as `mixture` has them.
-    fn append(&mut self, other: &Self, mixture: VmfMixture) {
-        let (n, more) = (self.mixture.len(), other.mixture.len());
-        let ([mine, others], [totals, further]) = {
-            let ((a, x), (b, y)) = (self.statistics.parts(), other.statistics.parts());
-            ([*a, *b], [x, y])
-        };
-        let sums = std::array::from_fn(|row| joined(&mine[row], n, &others[row], more));
-        let totals = std::array::from_fn(|i| totals[i] + further[i]);
-        self.statistics = SufficientStatistics::from_parts(sums, totals);
-        let moments = |row: usize| joined(&self.moments.0[row], n, &other.moments.0[row], more);
-        self.moments = LobeSums(std::array::from_fn(moments));
-        self.mixture = mixture;
     }
 
     /// The same light as seen from another place.
@@ -117,16 +93,12 @@ impl Region {
     }
 }
 
-/// The first `n` numbers of one and the first `more` of the other.
-fn joined(one: &PerLobe, n: usize, other: &PerLobe, more: usize) -> PerLobe {
-    PerLobe::from_first(one.first(n).chain(other.first(more)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::testing::{teach, trained_field};
     use super::*;
     use crate::EventClass;
+    use crate::directional::VmfMixture;
 
     fn taught(times: usize) -> Field {
         let mut field = trained_field();

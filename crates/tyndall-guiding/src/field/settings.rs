@@ -14,7 +14,7 @@ pub struct FieldSettings {
     pub max_depth: u32,
     /// Lobes of a region that has learned nothing yet, with the uniform one.
     pub initial_lobes: u32,
-    /// Lobes of a region at most, up to 32.
+    /// Lobes of a region at most, up to [`MAX_LOBES`].
     pub max_lobes: u32,
     /// Steps of expectation maximisation per update at most, not counting those after lobes were split.
     pub max_iterations: u32,

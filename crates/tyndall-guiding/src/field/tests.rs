@@ -1,7 +1,7 @@
 //! The field as its users see it: refinement, odds, determinism.
 
 use super::*;
-use crate::directional::test_support::integrate_sphere;
+use crate::directional::test_support::{grid, integrate_sphere};
 use glam::Vec2;
 use tyndall_math::INV_4PI;
 use tyndall_math::random::Pcg;
@@ -72,7 +72,7 @@ fn nothing_is_known_at_first_and_classes_are_apart() {
 fn a_sample_and_a_region_stay_small() {
     assert_eq!(size_of::<TrainingSample>(), 48);
     assert_eq!(size_of::<Node>(), 8);
-    assert!(size_of::<Region>() <= 3891, "{} bytes", size_of::<Region>());
+    assert!(size_of::<Region>() <= 800, "{} bytes", size_of::<Region>());
 }
 
 #[test]
@@ -97,7 +97,10 @@ fn two_lights_in_two_halves_of_space_are_told_apart() {
         let incident = field.region(position, VOLUME, 0.5).unwrap().incident(position);
         let (there, elsewhere) = (incident.pdf(bright), incident.pdf(dark));
         assert!(there > 50.0 * elsewhere, "at x = {x}: {there} and {elsewhere}");
-        assert!((incident.radiance(bright) / 10.0 - 1.0).abs() < 0.5, "{}", incident.radiance(bright));
+        // Lobes are no disks: too bright in the middle, and the best one leaves 13 % of its light outside.
+        let within: Vec<_> = grid(400, 800).into_iter().filter(|d| bright.dot(*d) > 0.955).collect();
+        let mean = within.iter().map(|&d| incident.radiance(d)).sum::<f32>() / within.len() as f32;
+        assert!((mean / 10.0 - 1.0).abs() < 0.25, "{mean}");
         let fluence = f64::from(10.0f32) * std::f64::consts::TAU * 0.045 + 0.01 * 4.0 * std::f64::consts::PI;
         assert!((f64::from(incident.fluence()) / fluence - 1.0).abs() < 0.15, "{}", incident.fluence());
         let pdf = integrate_sphere(|d| f64::from(incident.pdf(d)));

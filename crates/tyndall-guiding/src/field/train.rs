@@ -1,8 +1,9 @@
 //! What a region learns from the samples of a pass.
 
-use super::adapt::{merge_similar, split_poor};
+use super::adapt::split_poor;
 use super::parallax::Observation;
 use super::region::{from_values, values_of};
+use super::similar::merge_similar;
 use super::{FieldSettings, Region, TrainingSample};
 use crate::Moments;
 use crate::directional::{Assigner, Assignment, LobeSums, PerLobe, fit_incrementally};

@@ -73,7 +73,7 @@ fn lights(n: usize) -> Vec<DirectionSample> {
 #[test]
 fn steps_equal_those_of_the_slow_twin() {
     let samples = lights(3000);
-    let mut fast = VmfMixture::with_background(9);
+    let mut fast = VmfMixture::with_background(8);
     let slow_lobe = |(weight, lobe): (f32, VmfLobe)| SlowLobe {
         weight: weight.into(),
         kappa: lobe.kappa().into(),
@@ -111,7 +111,7 @@ fn lobes_are_split_until_they_look_like_the_light() {
     let axes =
         [Vec3A::X, Vec3A::Y, Vec3A::Z, Vec3A::NEG_X, Vec3A::new(0.0, -0.6, -0.8), Vec3A::new(0.6, 0.8, 0.0)];
     let light = |_, d: Vec3A| axes.iter().map(|axis| (80.0 * (axis.dot(d) - 1.0)).exp()).sum::<f32>();
-    let region = region_in(light, 32);
+    let region = region_in(light, 8);
     for axis in axes {
         let mixture = region.lobes();
         let nearest = mixture.lobes().map(|(_, lobe)| lobe.mean().dot(axis)).fold(-1.0, f32::max);

@@ -9,7 +9,7 @@ use crate::EventClass;
 use glam::Vec3A;
 use rayon::prelude::*;
 
-/// Regions of a tree after which no more are cut: 190 MB. A field that lives through a long shot must not grow forever.
+/// Regions of a tree after which no more are cut: 55 MB. A field that lives through a long shot must not grow forever.
 const MAX_REGIONS: usize = 1 << 16;
 const AXIS_SHIFT: u32 = 30;
 const LEAF: u32 = 3;
