@@ -26,9 +26,19 @@ impl Lanes {
         Self([value; LANES])
     }
 
+    /// `value` of every lane. A plain loop: closures within those of the standard library are not always inlined.
+    #[inline(always)]
+    fn from_lanes(value: impl Fn(usize) -> f32) -> Self {
+        let mut lanes = Self([0.0; LANES]);
+        for (l, lane) in lanes.0.iter_mut().enumerate() {
+            *lane = value(l);
+        }
+        lanes
+    }
+
     #[inline(always)]
     fn zip(self, other: Self, f: impl Fn(f32, f32) -> f32) -> Self {
-        Self(std::array::from_fn(|l| f(self.0[l], other.0[l])))
+        Self::from_lanes(|l| f(self.0[l], other.0[l]))
     }
 
     /// The larger one; `other` where this is NaN.
@@ -45,13 +55,13 @@ impl Lanes {
 
     #[inline(always)]
     pub(crate) fn sqrt(self) -> Self {
-        Self(self.0.map(f32::sqrt))
+        Self::from_lanes(|l| self.0[l].sqrt())
     }
 
     /// `yes` where this is greater than `bound`, else `no`; `no` where this is NaN.
     #[inline(always)]
     pub(crate) fn if_above(self, bound: f32, yes: Self, no: Self) -> Self {
-        Self(std::array::from_fn(|l| if self.0[l] > bound { yes.0[l] } else { no.0[l] }))
+        Self::from_lanes(|l| if self.0[l] > bound { yes.0[l] } else { no.0[l] })
     }
 
     /// Sum of the lanes, in the order of a vector reduction.
