@@ -14,7 +14,8 @@ const MAX_SCALE: f32 = 1e3;
 /// Part of T̂ that must remain, or the walk plays roulette.
 const FAINT: f32 = 0.05;
 
-/// Choosing on a further segment must leave less than this of tracking's second moment.
+/// Choosing must leave less than this of tracking's second moment: on further segments, and on the camera's where all
+/// candidates must be walked to.
 const WORTH_CHOOSING: f32 = 0.8;
 
 /// How the distance along camera segments is sampled.
@@ -57,6 +58,7 @@ pub struct SegmentGuide {
     majorant_scale: f32,
     outlier_limit: f32,
     expected: f32,
+    is_worth_walking: bool,
 }
 
 /// How the segments after the camera's choose: by what the field knows about the direction in which they leave.
@@ -74,6 +76,7 @@ impl Default for SegmentGuide {
             majorant_scale: SLACK,
             outlier_limit: f32::INFINITY,
             expected: 0.0,
+            is_worth_walking: false,
         }
     }
 }
@@ -81,8 +84,11 @@ impl Default for SegmentGuide {
 impl SegmentGuide {
     /// What the filtered sums of a pixel say: its choices are stratified.
     pub fn of_pixel(moments: &Moments, strategy: Strategy, costs: &ClassCosts) -> Self {
-        let odds = moments.stratified_odds();
-        Self::new(moments, strategy, ScatteringOdds::new(odds.kappa() * costs.odds_factor()))
+        let kappa = moments.stratified_odds().kappa();
+        let guide = Self::new(moments, strategy, ScatteringOdds::new(kappa * costs.odds_factor()));
+        let is_worth_walking =
+            strategy != Strategy::Odds || second_moment_left(kappa, moments) < WORTH_CHOOSING;
+        Self { is_worth_walking, ..guide }
     }
 
     /// What the sums of a direction in a region of the field say.
@@ -105,7 +111,7 @@ impl SegmentGuide {
         let majorant_scale = majorant_scale(moments, &choice);
         let gathered = moments.volume_x + moments.surface_x;
         let expected = if gathered > 0.0 { gathered / moments.n } else { 0.0 };
-        Self { choice, majorant_scale, outlier_limit, expected }
+        Self { choice, majorant_scale, outlier_limit, expected, is_worth_walking: true }
     }
 
     /// P_v for the candidates' weight W, the transmittance T̂ and the depth of the scaled majorants.
@@ -129,6 +135,13 @@ impl SegmentGuide {
             Choice::Normalized(flights) => Some(flights),
             Choice::Odds(_) | Choice::Target(_) => None,
         }
+    }
+
+    /// Whether choosing pays where it takes a walk to all candidates. Tracking sees them only up to the first collision: in
+    /// a dense cloud it takes a third of the time, and there is nothing to choose. The paper's strategies always choose.
+    #[inline]
+    pub fn is_worth_walking(&self) -> bool {
+        self.is_worth_walking
     }
 
     /// Factor on majorants, at least 1.
@@ -165,11 +178,10 @@ impl FurtherSegments {
         Self { strategy, cost_factor: costs.odds_factor() }
     }
 
-    /// What the sums of a direction say; `None` where tracking is about as good, which sees candidates only up to the first
-    /// collision (in a dense cloud choosing takes three times as long, and there is nothing to choose).
+    /// What the sums of a direction say; `None` where tracking is about as good.
     #[inline]
     pub fn guide(&self, moments: &Moments) -> Option<SegmentGuide> {
-        let pays = second_moment_left(moments) < WORTH_CHOOSING;
+        let pays = second_moment_left(moments.odds().kappa(), moments) < WORTH_CHOOSING;
         pays.then(|| SegmentGuide::of_direction(moments, self.strategy, self.cost_factor))
     }
 }
@@ -183,10 +195,9 @@ impl NormalizedFlights {
     }
 }
 
-/// What the best choice leaves of tracking's second moment: (κW̄+T̄)² of κ²W̄+T̄, both over the squared radiance of the
+/// What choosing by κ leaves of tracking's second moment: (κW̄+T̄)² of κ²W̄+T̄, both over the squared radiance of the
 /// surface, with W̄+T̄ = 1. One where nothing passes, nothing scatters or both classes are as bright.
-fn second_moment_left(moments: &Moments) -> f32 {
-    let kappa = moments.odds().kappa();
+fn second_moment_left(kappa: f32, moments: &Moments) -> f32 {
     let sum = moments.w + moments.t;
     let (w, t) = (moments.w / sum, moments.t / sum);
     let left = (kappa * w + t) * (kappa * w + t) / (kappa * kappa * w + t);

@@ -110,3 +110,14 @@ fn further_segments_choose_where_that_pays() {
     assert!(chooses(0.95, 0.1, 10.0), "a lamp behind smoke");
     assert!(further.guide(&Moments::default()).is_none(), "nothing is known");
 }
+
+#[test]
+fn pixels_walk_to_all_candidates_where_that_pays() {
+    let walks = |strategy, w, lv, ls| {
+        SegmentGuide::of_pixel(&moments(w, lv, ls, 0.3), strategy, &EQUAL_COSTS).is_worth_walking()
+    };
+    assert!(!walks(Strategy::Odds, 0.9, 1.0, 1.0), "both are as noisy");
+    assert!(walks(Strategy::Odds, 0.1, 10.0, 0.1), "thin mist before darkness");
+    assert!(walks(Strategy::Target, 0.9, 1.0, 1.0), "the paper's strategies always choose");
+    assert!(!SegmentGuide::default().is_worth_walking(), "nothing is known");
+}

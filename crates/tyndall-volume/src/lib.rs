@@ -34,5 +34,5 @@ pub use tint::Tint;
 pub use transmittance::transmittance;
 pub use walk::{
     Candidate, CandidateSums, CandidateVisitor, Cell, Event, Normalization, ResampleOptions, Resampled,
-    Segment, Walk, WalkStats, resample_collision, sample_collision,
+    Segment, Walk, WalkStats, needs_candidates, resample_collision, sample_collision,
 };

@@ -21,7 +21,7 @@ mod single_grid;
 mod track;
 
 pub use normalized::Normalization;
-pub use resample::{CandidateSums, ResampleOptions, Resampled, resample_collision};
+pub use resample::{CandidateSums, ResampleOptions, Resampled, needs_candidates, resample_collision};
 pub use segment::{Cell, Segment};
 pub use track::{Candidate, CandidateVisitor};
 

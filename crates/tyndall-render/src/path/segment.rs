@@ -9,7 +9,8 @@ use crate::world::SegmentEnd;
 use tyndall_guiding::{EventClass, NormalizedFlights, SegmentGuide};
 use tyndall_math::{Ray, Rgb};
 use tyndall_volume::{
-    Normalization, PhaseMix, ResampleOptions, Resampled, Walk, resample_collision, sample_collision,
+    Normalization, PhaseMix, ResampleOptions, Resampled, Walk, needs_candidates, resample_collision,
+    sample_collision,
 };
 
 /// Where the path goes on.
@@ -82,7 +83,9 @@ impl<G: Guidance> Path<'_, G> {
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
-        let (walk, ending) = match self.guidance.camera() {
+        // What a pixel chooses with is shifted also where it only tracks: that it does depends on its earlier samples.
+        let walks = needs_candidates(self.world.media(), &scratch.spans);
+        let (walk, ending) = match self.guidance.camera().filter(|guide| !walks || guide.is_worth_walking()) {
             Some(guide) => {
                 let keeps_candidate = self.guidance.lights_candidates();
                 let (resampled, ending) =

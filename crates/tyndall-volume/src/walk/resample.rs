@@ -83,6 +83,12 @@ pub(super) struct Outcomes {
     pub(super) violations: u32,
 }
 
+/// Whether [`resample_collision`] walks to all candidates of the segment: there is a grid on it.
+#[inline]
+pub fn needs_candidates(media: &[Medium], spans: &[Span]) -> bool {
+    spans.iter().any(|span| media.get(span.medium as usize).is_some_and(|medium| medium.density.is_some()))
+}
+
 /// Samples a scattering on the segment, or its end, with the probability that `choose` returns, strictly between 0 and 1;
 /// it is not asked where W or T̂ is 0. `u` in [0, 1) decides; in homogeneous media it gives the distance as well.
 ///
