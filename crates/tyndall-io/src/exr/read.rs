@@ -3,8 +3,8 @@
 use crate::limits::{check_decoded_bytes, guard_decoder, image_bytes};
 use crate::{IoError, MetaValue};
 use exr::block::UncompressedBlock;
-use exr::block::chunk::Chunk;
-use exr::block::reader::{ChunksReader, Reader};
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::reader::ChunksReader;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, IntegerBounds, SampleType, Vec2};
@@ -58,16 +58,47 @@ pub fn read_exr(path: &Path) -> Result<ExrImage, IoError> {
     guard_decoder(path, || read_from(path, BufReader::new(file), file_bytes))
 }
 
-fn read_from(path: &Path, file: impl Read + Seek, file_bytes: u64) -> Result<ExrImage, IoError> {
+fn read_from(path: &Path, mut file: impl Read + Seek, file_bytes: u64) -> Result<ExrImage, IoError> {
+    let by_table = read_chunks(path, &mut file, file_bytes, Order::OfTable);
+    if !matches!(by_table, Err(IoError::Damaged { .. })) {
+        return by_table;
+    }
+    // Who stops early or cannot go back leaves the table of places empty; Blender 5.2 packs such files.
+    file.rewind().map_err(|e| IoError::read(path, e))?;
+    read_chunks(path, &mut file, file_bytes, Order::OfFile).or(by_table)
+}
+
+/// How chunks are found.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Order {
+    /// Where the table says that they are; chunks of other levels are passed over.
+    OfTable,
+    /// One after the other.
+    OfFile,
+}
+
+fn read_chunks(
+    path: &Path,
+    file: impl Read + Seek,
+    file_bytes: u64,
+    order: Order,
+) -> Result<ExrImage, IoError> {
     let damaged = |e: exr::error::Error| decode_error(path, e);
     let reader = exr::block::read(file, false).map_err(damaged)?;
     check_headers(path, reader.headers(), file_bytes)?;
     let mut image = empty_image(reader.headers());
     let first_channel = first_channels(reader.headers());
-    read_pixels(reader, |headers, block| {
+    let insert = |headers: &[Header], block: UncompressedBlock| {
         let (header, first) = (&headers[block.index.layer], first_channel[block.index.layer]);
         copy_block(&mut image, header, first, block);
-    })
+    };
+    match order {
+        Order::OfTable => {
+            let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0));
+            chunks.and_then(|chunks| read_pixels(chunks, insert))
+        }
+        Order::OfFile => reader.all_chunks(false).and_then(|chunks| read_pixels(chunks, insert)),
+    }
     .map_err(damaged)?;
     Ok(image)
 }
@@ -169,11 +200,10 @@ fn first_channels(headers: &[Header]) -> Vec<usize> {
 ///
 /// Decompresses with rayon's `par_iter` and not with the crate's own pool: a codec that panics on a hostile file would
 /// abort the process there, while `par_iter` brings the panic back to [`guard_decoder`].
-fn read_pixels<R: Read + Seek>(
-    reader: Reader<R>,
+fn read_pixels(
+    mut chunks: impl ChunksReader,
     mut insert: impl FnMut(&[Header], UncompressedBlock),
 ) -> exr::error::UnitResult {
-    let mut chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0))?;
     let meta: MetaData = chunks.meta_data().clone();
     loop {
         let batch: Vec<Chunk> = chunks.by_ref().take(BATCH).collect::<Result<_, _>>()?;
@@ -182,9 +212,17 @@ fn read_pixels<R: Read + Seek>(
         }
         let blocks: Vec<_> = batch
             .into_par_iter()
+            .filter(is_of_full_resolution)
             .map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false))
             .collect::<Result<_, _>>()?;
         blocks.into_iter().for_each(|block| insert(&meta.headers, block));
+    }
+}
+
+fn is_of_full_resolution(chunk: &Chunk) -> bool {
+    match &chunk.compressed_block {
+        CompressedBlock::Tile(tile) => tile.coordinates.level_index == Vec2(0, 0),
+        _ => true,
     }
 }
 
