@@ -108,6 +108,33 @@ fn every_truncation_is_an_error() {
     }
 }
 
+/// Empties the table of places, which ends where the first chunk begins.
+fn without_table(mut bytes: Vec<u8>, chunks: usize) -> Vec<u8> {
+    let place = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    let table = (0..bytes.len() - 8).find(|&at| place(at) == (at + 8 * chunks) as u64).unwrap();
+    bytes[table..table + 8 * chunks].fill(0);
+    bytes
+}
+
+#[test]
+fn without_a_table_chunks_are_read_as_they_come() {
+    let (_folder, path) = scratch();
+    let n = 37 * 21;
+    for (tiles, chunks) in [(None, 21), (Some(16), 3 * 2)] {
+        let half = FlatSamples::F16((0..n).map(|i| f16::from_f32(i as f32)).collect());
+        let layer = part("rgba", (0, 0), (37, 21), tiles, vec![("R", half)]);
+        save(&path, IntegerBounds::from_dimensions((37, 21)), vec![layer]);
+        let whole = fs::read(&path).unwrap();
+        let bytes = without_table(whole.clone(), chunks);
+        assert_ne!(bytes, whole);
+        let image = decode(&bytes).unwrap();
+        assert!(image.channel("R").unwrap().iter().enumerate().all(|(i, &r)| r == i as f32));
+        for len in (0..bytes.len()).step_by(7) {
+            assert!(decode(&bytes[..len]).is_err(), "{tiles:?} cut at {len} of {}", bytes.len());
+        }
+    }
+}
+
 #[test]
 fn a_header_announcing_terabytes_is_refused() {
     let bytes = sample_file(ExrCompression::Zip);
