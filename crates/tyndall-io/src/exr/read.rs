@@ -5,6 +5,7 @@ use crate::{IoError, MetaValue};
 use exr::block::UncompressedBlock;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::ChunksReader;
+use exr::io::PeekRead;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, IntegerBounds, SampleType, Vec2};
@@ -59,48 +60,35 @@ pub fn read_exr(path: &Path) -> Result<ExrImage, IoError> {
 }
 
 fn read_from(path: &Path, mut file: impl Read + Seek, file_bytes: u64) -> Result<ExrImage, IoError> {
-    let by_table = read_chunks(path, &mut file, file_bytes, Order::OfTable);
-    if !matches!(by_table, Err(IoError::Damaged { .. })) {
-        return by_table;
-    }
-    // Who stops early or cannot go back leaves the table of places empty; Blender 5.2 packs such files.
-    file.rewind().map_err(|e| IoError::read(path, e))?;
-    read_chunks(path, &mut file, file_bytes, Order::OfFile).or(by_table)
-}
-
-/// How chunks are found.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Order {
-    /// Where the table says that they are; chunks of other levels are passed over.
-    OfTable,
-    /// One after the other.
-    OfFile,
-}
-
-fn read_chunks(
-    path: &Path,
-    file: impl Read + Seek,
-    file_bytes: u64,
-    order: Order,
-) -> Result<ExrImage, IoError> {
     let damaged = |e: exr::error::Error| decode_error(path, e);
+    let meta = exr::block::read(&mut file, false).map_err(damaged)?.into_meta_data();
+    check_headers(path, &meta.headers, file_bytes)?;
+    let has_table = has_table(&mut file, &meta).map_err(damaged)?;
+    file.rewind().map_err(|e| IoError::read(path, e))?;
     let reader = exr::block::read(file, false).map_err(damaged)?;
-    check_headers(path, reader.headers(), file_bytes)?;
     let mut image = empty_image(reader.headers());
     let first_channel = first_channels(reader.headers());
     let insert = |headers: &[Header], block: UncompressedBlock| {
         let (header, first) = (&headers[block.index.layer], first_channel[block.index.layer]);
         copy_block(&mut image, header, first, block);
     };
-    match order {
-        Order::OfTable => {
-            let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0));
-            chunks.and_then(|chunks| read_pixels(chunks, insert))
-        }
-        Order::OfFile => reader.all_chunks(false).and_then(|chunks| read_pixels(chunks, insert)),
+    if has_table {
+        let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0));
+        chunks.and_then(|chunks| read_pixels(chunks, insert))
+    } else {
+        reader.all_chunks(false).and_then(|chunks| read_pixels(chunks, insert))
     }
     .map_err(damaged)?;
     Ok(image)
+}
+
+/// Whether the offset table, which begins where `file` is after the headers, was ever written.
+///
+/// Programs reserve it as zeros and fill it in at the end; those that cannot go back leave the zeros (Blender 5.2 does
+/// so in files that it packs). Chunks then follow one another in the file and say themselves where they belong.
+fn has_table(file: &mut impl Read, meta: &MetaData) -> exr::error::Result<bool> {
+    let tables = MetaData::read_offset_tables(&mut PeekRead::new(file), &meta.headers)?;
+    Ok(tables.iter().flatten().any(|&place| place != 0))
 }
 
 fn decode_error(path: &Path, error: exr::error::Error) -> IoError {

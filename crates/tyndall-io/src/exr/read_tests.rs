@@ -108,16 +108,15 @@ fn every_truncation_is_an_error() {
     }
 }
 
-/// Empties the table of places, which ends where the first chunk begins.
-fn without_table(mut bytes: Vec<u8>, chunks: usize) -> Vec<u8> {
+/// Where the offset table is: it ends where the first chunk begins.
+fn table_of(bytes: &[u8], chunks: usize) -> std::ops::Range<usize> {
     let place = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
-    let table = (0..bytes.len() - 8).find(|&at| place(at) == (at + 8 * chunks) as u64).unwrap();
-    bytes[table..table + 8 * chunks].fill(0);
-    bytes
+    let start = (0..bytes.len() - 8).find(|&at| place(at) == (at + 8 * chunks) as u64).unwrap();
+    start..start + 8 * chunks
 }
 
 #[test]
-fn without_a_table_chunks_are_read_as_they_come() {
+fn without_an_offset_table_chunks_are_read_as_they_come() {
     let (_folder, path) = scratch();
     let n = 37 * 21;
     for (tiles, chunks) in [(None, 21), (Some(16), 3 * 2)] {
@@ -125,13 +124,18 @@ fn without_a_table_chunks_are_read_as_they_come() {
         let layer = part("rgba", (0, 0), (37, 21), tiles, vec![("R", half)]);
         save(&path, IntegerBounds::from_dimensions((37, 21)), vec![layer]);
         let whole = fs::read(&path).unwrap();
-        let bytes = without_table(whole.clone(), chunks);
-        assert_ne!(bytes, whole);
-        let image = decode(&bytes).unwrap();
-        assert!(image.channel("R").unwrap().iter().enumerate().all(|(i, &r)| r == i as f32));
-        for len in (0..bytes.len()).step_by(7) {
-            assert!(decode(&bytes[..len]).is_err(), "{tiles:?} cut at {len} of {}", bytes.len());
+        let table = table_of(&whole, chunks);
+        let mut emptied = whole.clone();
+        emptied[table.clone()].fill(0);
+        assert_ne!(emptied, whole);
+        assert_eq!(decode(&emptied).unwrap(), decode(&whole).unwrap());
+        for len in (0..emptied.len()).step_by(7) {
+            assert!(decode(&emptied[..len]).is_err(), "{tiles:?} cut at {len} of {}", emptied.len());
         }
+        // A table that was written and is damaged says that the rest may be, too.
+        let mut half_empty = whole;
+        half_empty[table.start..table.end - 8].fill(0);
+        assert!(matches!(decode(&half_empty), Err(IoError::Damaged { .. })), "{tiles:?}");
     }
 }
 
