@@ -31,6 +31,8 @@ def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: s
         shots.cloud(grid[0], float(grid[1]))
     else:
         SHOTS[shot]()
+    # Cycles 5 takes half a minute to bound a procedural medium; the bounds are those of every seed.
+    scene.render.use_persistent_data = engine == "CYCLES"
     for seed in range(int(seeds)):
         shots.set_samples(scene, int(samples), seed)
         scene.render.filepath = f"{folder}/{engine}-{seed}.exr"
