@@ -80,6 +80,8 @@ class TYNDALL_OT_inspect_cache(_OfWrittenCache, bpy.types.Operator):
         except (final.RenderFailure, cache.PathError, tyndall.Error) as error:
             return self._cancel(str(error))
         cache.remember_worth(context.scene, worth)
+        if context.scene.render.use_motion_blur:
+            self.report({"WARNING"}, "Tyndall: motion blur is not looked at: what moves is called changed")
         self.report({"INFO"}, "\n".join(cache.lines(context.scene, context.view_layer)))
         return {"FINISHED"}
 

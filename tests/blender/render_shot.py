@@ -12,13 +12,19 @@ sys.path[:0] = [str(HERE), str(HERE.parents[1])]
 
 import lights_and_cameras  # noqa: E402
 import media_shots  # noqa: E402
+import motion_shots  # noqa: E402
 import shots  # noqa: E402
 import surface_shots  # noqa: E402
 from process import run  # noqa: E402
 
 import blender_addon  # noqa: E402
 
-SHOTS = {**lights_and_cameras.SHOTS, **media_shots.SHOTS, **surface_shots.SHOTS}
+SHOTS = {
+    **lights_and_cameras.SHOTS,
+    **media_shots.SHOTS,
+    **motion_shots.SHOTS,
+    **surface_shots.SHOTS,
+}
 
 
 def main(engine: str, shot: str, samples: str, seeds: str, folder: str, *grid: str) -> None:
