@@ -14,7 +14,7 @@ from tyndall.messages import Messages
 from . import cache, compat, messages, passes
 from .properties import render_settings
 from .sync import camera as cameras
-from .sync.motion import STILL, Motions, read_motions
+from .sync.motion import ACTION, STILL, Motions, read_motions
 from .sync.scene import SceneSync
 
 if TYPE_CHECKING:
@@ -132,6 +132,8 @@ def _sync_camera(
     camera = camera.evaluated_get(depsgraph)
     said = Messages()
     read = cameras.read_camera(camera, frame, f"/{camera.name_full}", said)
+    if motions.zooms:
+        said.warning(f"/{camera.name_full}", "its lens changes while the shutter is open", ACTION)
     keys = () if motions.camera is None else motions.camera.keys()
     sync.sync_camera(replace(read, motion=keys), said)
 

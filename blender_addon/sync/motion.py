@@ -13,6 +13,7 @@ import numpy as np
 from mathutils import Matrix, Quaternion
 from tyndall.prims import InstancerKey, TransformKey
 
+from .mesh import TO_MESH, mesh_of
 from .xform import to_array
 
 if TYPE_CHECKING:
@@ -67,6 +68,8 @@ class Motions:
 
     ways: Mapping[Identity, Way] = field(default_factory=dict)
     camera: Way | None = None
+    #: Whether the camera zooms.
+    zooms: bool = False
     #: Names of objects whose shape changes.
     bent: frozenset[str] = frozenset()
 
@@ -121,6 +124,7 @@ def read_motions(depsgraph: bpy.types.Depsgraph, set_frame: Callable[[int, float
             and any(other.matrices[key] != matrix for other in others)
         },
         camera=_way(tuple(each.camera for each in seen)),
+        zooms=any(other.lens != first.lens for other in others),
         bent=frozenset(name for name, sum_ in first.shapes.items() if others[-1].shapes.get(name) != sum_),
     )
 
@@ -132,18 +136,22 @@ class _Seen:
     matrices: dict[Identity, Matrix] = field(default_factory=dict)
     shapes: dict[str, int] = field(default_factory=dict)
     camera: Matrix | None = None
+    lens: tuple[float, ...] = ()
 
     @classmethod
     def of(cls, depsgraph: bpy.types.Depsgraph) -> _Seen:
         seen = cls()
         camera = depsgraph.scene_eval.camera
         if camera is not None:
-            seen.camera = camera.evaluated_get(depsgraph).matrix_world.copy()
+            camera = camera.evaluated_get(depsgraph)
+            data = camera.data
+            seen.camera = camera.matrix_world.copy()
+            seen.lens = (data.lens, data.ortho_scale, data.sensor_width, data.sensor_height)
         for instance in depsgraph.object_instances:
             seen.matrices[_identity(instance)] = instance.matrix_world.copy()
             thing = instance.object
-            if thing.type == "MESH" and thing.name_full not in seen.shapes and _may_bend(thing):
-                seen.shapes[thing.name_full] = _check_sum(thing.data)
+            if thing.name_full not in seen.shapes and _may_bend(thing):
+                seen.shapes[thing.name_full] = _check_sum(thing)
         return seen
 
 
@@ -155,12 +163,19 @@ def _identity(instance: bpy.types.DepsgraphObjectInstance) -> Identity:
 
 
 def _may_bend(thing: bpy.types.Object) -> bool:
-    return bool(thing.modifiers) or getattr(thing.original.data, "shape_keys", None) is not None
+    """Return whether the shape can depend on time; metaballs flow together with others."""
+    if thing.type != "MESH" and thing.type not in TO_MESH:
+        return False
+    data = thing.original.data
+    has_keys = getattr(data, "shape_keys", None) is not None
+    is_animated = thing.type == "META" or getattr(data, "animation_data", None) is not None
+    return has_keys or is_animated or bool(thing.modifiers)
 
 
-def _check_sum(mesh: bpy.types.Mesh) -> int:
-    points = np.empty(3 * len(mesh.vertices), np.float32)
-    mesh.vertices.foreach_get("co", points)
+def _check_sum(thing: bpy.types.Object) -> int:
+    with mesh_of(thing) as mesh:
+        points = np.empty(3 * len(mesh.vertices), np.float32)
+        mesh.vertices.foreach_get("co", points)
     return zlib.crc32(points)
 
 

@@ -21,7 +21,7 @@ from . import camera as cameras
 from . import material as materials
 from .images import ImageFiles, TemporaryFolder
 from .light import read_light
-from .mesh import read_mesh
+from .mesh import TO_MESH, mesh_of, read_mesh
 from .motion import ACTION, STILL, Motions, Way, instancer_keys
 from .unsupported import report_light_linking, report_object, report_scene
 from .volume import VolumeFiles, density_scale, read_fields
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     import bpy
     from mathutils import Matrix
 
-#: Types whose evaluated data is, or can be made, a mesh.
-_TO_MESH = ("CURVE", "SURFACE", "META", "FONT")
 #: Types that make no picture.
 _SILENT = ("EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE")
 
@@ -186,7 +184,7 @@ class _Reading:
     def _full_group(self, thing: bpy.types.Object, kind: str, scale: float) -> _Group | None:
         slots = tuple(s.material.name_full if s.material else "" for s in thing.material_slots)
         key = (thing.data.as_pointer(), kind, slots, scale)
-        if kind in _TO_MESH:
+        if kind in TO_MESH:
             key = (*key, thing.as_pointer())
         if key not in self._groups:
             self._groups[key] = self._read(thing, kind, scale)
@@ -212,7 +210,7 @@ class _Reading:
                 path, "smoke domains are not supported", "it is not drawn; load its cache as a Volume object"
             )
             return None
-        if kind == "MESH" or kind in _TO_MESH:
+        if kind == "MESH" or kind in TO_MESH:
             mesh = self._mesh(thing, path)
             return None if mesh is None else _Group(path, {path: mesh})
         if kind == "VOLUME":
@@ -230,11 +228,8 @@ class _Reading:
         cached = self._meshes.get(key)
         if cached is None:
             messages = Messages()
-            is_mesh = thing.type == "MESH"
-            mesh = thing.data if is_mesh else thing.to_mesh()
-            read = read_mesh(mesh, path, materials=slots, primvars=wanted, messages=messages)
-            if not is_mesh:
-                thing.to_mesh_clear()
+            with mesh_of(thing) as mesh:
+                read = read_mesh(mesh, path, materials=slots, primvars=wanted, messages=messages)
             owners = {compat.session_uid(original)}
             if thing.data.original is not None:
                 owners.add(compat.session_uid(thing.data.original))

@@ -74,6 +74,13 @@ def unblurred(folder: Path) -> dict[str, Any]:
     for frame in (0, 2):
         key.value = frame / 2
         key.keyframe_insert("value", frame=frame)
+    text = bpy.data.curves.new("Text", "FONT")
+    text.body = "T"
+    for thing, name in ((text, "extrude"), (scene.camera.data, "lens")):
+        for frame, value in ((0, 40.0), (2, 50.0)):
+            setattr(thing, name, value)
+            thing.keyframe_insert(name, frame=frame)
+    shots.place("Text", text, (0, 0, -50))
     seen = {"said": render(), "report": messages.last(scene.name).text(), "frame": scene.frame_current_final}
     curve = scene.render.motion_blur_shutter_curve
     curve.curves[0].points[0].location = (0.0, 0.0)

@@ -143,8 +143,11 @@ def test_what_moves_and_is_not_blurred_is_named(tmp_path: Path) -> None:
     assert seen["said"] == seen["again"] == "FINISHED"
     assert seen["frame"] == 1.0, "Blender is brought back"
     told = [line for line in seen["report"].splitlines() if "shutter is open" in line]
-    assert len(told) == 3, seen["report"]
-    for path, what in (("AREA", "it moves"), ("Plane", "its shape"), ("Cube", "its medium moves")):
+    assert len(told) == 4, seen["report"]
+    for path, what in (
+        *(("AREA", "it moves"), ("Plane", "its shape"), ("Text", "its shape")),
+        *(("Cube", "its medium moves"), ("Camera", "its lens changes")),
+    ):
         assert any(path in line and what in line for line in told), (path, told)
     assert "shutter curves are not supported" not in seen["report"]
     assert "shutter curves are not supported" in seen["curve"]
