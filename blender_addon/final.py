@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from tyndall.messages import Messages
 from . import cache, compat, messages, passes
 from .properties import render_settings
 from .sync import camera as cameras
+from .sync.motion import ACTION, STILL, Motions, read_motions
 from .sync.scene import SceneSync
 
 if TYPE_CHECKING:
@@ -55,12 +57,13 @@ def changed_geometry(depsgraph: bpy.types.Depsgraph) -> set[int]:
 
 def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> None:
     """Render one view layer into the engine's result."""
+    engine.update_stats("", "Reading the scene")
+    motions = STILL if engine.is_preview else read_motions(depsgraph, engine.frame_set)
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     frame = cameras.read_frame(scene.render)
     sync = _scene_sync(engine, depsgraph)
-    engine.update_stats("", "Reading the scene")
-    sync.sync(depsgraph, is_transparent=scene.render.film_transparent)
-    _sync_camera(engine.camera_override or scene.camera, depsgraph, sync, frame)
+    sync.sync(depsgraph, is_transparent=scene.render.film_transparent, motions=motions)
+    _sync_camera(engine.camera_override or scene.camera, depsgraph, sync, frame, motions)
     wanted = passes.wanted(layer)
     for name in passes.missing(layer):
         sync.delegate.report("warning", "", f"there is no {name} pass", "it stays empty")
@@ -83,13 +86,14 @@ def render(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) -> No
 def what_the_cache_is_worth(depsgraph: bpy.types.Depsgraph) -> dict[str, Any]:
     """Return what the core says of the view layer's cache, as a render that reads it would; none is made.
 
-    A depsgraph that is not a render's has the modifiers and the visibility of viewports.
+    A depsgraph that is not a render's has the modifiers and the visibility of viewports. It stays at its
+    time: to go to another would undo what was moved and not keyed.
     """
     scene, layer = depsgraph.scene_eval, depsgraph.view_layer_eval
     frame = cameras.read_frame(scene.render)
     sync = SceneSync()
     sync.sync(depsgraph, is_transparent=scene.render.film_transparent)
-    _sync_camera(scene.camera, depsgraph, sync, frame)
+    _sync_camera(scene.camera, depsgraph, sync, frame, STILL)
     settings = _settings(scene, layer, frame, passes.wanted(layer)) | cache.reading_settings(scene, layer)
     return tyndall.Session(sync.delegate.commit(), settings).statistics["cache"]
 
@@ -117,13 +121,21 @@ def _scene_sync(engine: bpy.types.RenderEngine, depsgraph: bpy.types.Depsgraph) 
 
 
 def _sync_camera(
-    camera: bpy.types.Object | None, depsgraph: bpy.types.Depsgraph, sync: SceneSync, frame: cameras.Frame
+    camera: bpy.types.Object | None,
+    depsgraph: bpy.types.Depsgraph,
+    sync: SceneSync,
+    frame: cameras.Frame,
+    motions: Motions,
 ) -> None:
     if camera is None:
         raise RenderFailure("the scene has no camera; add one and make it the scene's")
     camera = camera.evaluated_get(depsgraph)
     said = Messages()
-    sync.sync_camera(cameras.read_camera(camera, frame, f"/{camera.name_full}", said), said)
+    read = cameras.read_camera(camera, frame, f"/{camera.name_full}", said)
+    if motions.zooms:
+        said.warning(f"/{camera.name_full}", "its lens changes while the shutter is open", ACTION)
+    keys = () if motions.camera is None else motions.camera.keys()
+    sync.sync_camera(replace(read, motion=keys), said)
 
 
 def _publish(

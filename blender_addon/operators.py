@@ -53,41 +53,44 @@ class TYNDALL_OT_train_cache(bpy.types.Operator):
         return bpy.ops.render.render()
 
 
-class TYNDALL_OT_inspect_cache(bpy.types.Operator):
-    """Tell what the guiding cache holds, and how much of it fits the scene as viewports show it."""
-
-    bl_idname = "tyndall.inspect_cache"
-    bl_label = "Inspect"
+class _OfWrittenCache:
+    """What operators share that need the guiding cache's file."""
 
     @classmethod
     def poll(cls, context: bpy.types.Context) -> bool:
         """Only if there is one."""
         file = _file(context)
         return file is not None and file.is_file()
+
+    def _cancel(self, why: str) -> set[str]:
+        self.report({"ERROR"}, f"Tyndall: {why}")
+        return {"CANCELLED"}
+
+
+class TYNDALL_OT_inspect_cache(_OfWrittenCache, bpy.types.Operator):
+    """Tell what the guiding cache holds, and how much of it fits the scene as viewports show it."""
+
+    bl_idname = "tyndall.inspect_cache"
+    bl_label = "Inspect"
 
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Read the scene as a render does, and compare."""
         try:
             worth = final.what_the_cache_is_worth(context.evaluated_depsgraph_get())
         except (final.RenderFailure, cache.PathError, tyndall.Error) as error:
-            self.report({"ERROR"}, f"Tyndall: {error}")
-            return {"CANCELLED"}
+            return self._cancel(str(error))
         cache.remember_worth(context.scene, worth)
+        if context.scene.render.use_motion_blur:
+            self.report({"WARNING"}, "Tyndall: motion blur is not looked at: what moves is called changed")
         self.report({"INFO"}, "\n".join(cache.lines(context.scene, context.view_layer)))
         return {"FINISHED"}
 
 
-class TYNDALL_OT_clear_cache(bpy.types.Operator):
+class TYNDALL_OT_clear_cache(_OfWrittenCache, bpy.types.Operator):
     """Delete the guiding cache's file."""
 
     bl_idname = "tyndall.clear_cache"
     bl_label = "Clear"
-
-    @classmethod
-    def poll(cls, context: bpy.types.Context) -> bool:
-        """Only if there is one."""
-        file = _file(context)
-        return file is not None and file.is_file()
 
     def invoke(self, context: bpy.types.Context, event: bpy.types.Event) -> set[str]:
         """Ask first."""
@@ -100,8 +103,7 @@ class TYNDALL_OT_clear_cache(bpy.types.Operator):
             tyndall.read_cache_info(file)
             file.unlink()
         except (tyndall.FileError, OSError) as error:
-            self.report({"ERROR"}, f"Tyndall: not deleted: {error}")
-            return {"CANCELLED"}
+            return self._cancel(f"not deleted: {error}")
         return {"FINISHED"}
 
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +12,14 @@ from tyndall.prims import Mesh, Primvar, Subset
 from ..nodes.texture import ACTIVE_UV
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     import bpy
     from tyndall.messages import Messages
     from tyndall.prims import Interpolation
 
+#: Types of objects that become a mesh when asked to; the data of meshes is one.
+TO_MESH = ("CURVE", "SURFACE", "META", "FONT")
 _DOMAINS: dict[str, Interpolation] = {"POINT": "vertex", "CORNER": "faceVarying", "FACE": "uniform"}
 #: Attribute type -> property and numbers of one value; of four only three are colour.
 _TYPES = {
@@ -27,6 +30,18 @@ _TYPES = {
     "FLOAT_COLOR": ("color", 4),
     "BYTE_COLOR": ("color", 4),
 }
+
+
+@contextmanager
+def mesh_of(thing: bpy.types.Object) -> Iterator[bpy.types.Mesh]:
+    """Lend the mesh of an evaluated object, which is a mesh or one of `TO_MESH`."""
+    if thing.type == "MESH":
+        yield thing.data
+        return
+    try:
+        yield thing.to_mesh()
+    finally:
+        thing.to_mesh_clear()
 
 
 def read_mesh(

@@ -14,14 +14,15 @@ import numpy as np
 import tyndall
 from tyndall.index import PrimIndex
 from tyndall.messages import Messages
-from tyndall.prims import Instancer, Mesh, Prim, Volume
+from tyndall.prims import Instancer, Mesh, Prim, TransformKey, Volume
 
 from .. import compat
 from . import camera as cameras
 from . import material as materials
 from .images import ImageFiles, TemporaryFolder
 from .light import read_light
-from .mesh import read_mesh
+from .mesh import TO_MESH, mesh_of, read_mesh
+from .motion import ACTION, STILL, Motions, Way, instancer_keys
 from .unsupported import report_light_linking, report_object, report_scene
 from .volume import VolumeFiles, density_scale, read_fields
 from .world import read_world
@@ -33,8 +34,6 @@ if TYPE_CHECKING:
     import bpy
     from mathutils import Matrix
 
-#: Types whose evaluated data is, or can be made, a mesh.
-_TO_MESH = ("CURVE", "SURFACE", "META", "FONT")
 #: Types that make no picture.
 _SILENT = ("EMPTY", "ARMATURE", "LATTICE", "CAMERA", "SPEAKER", "LIGHT_PROBE")
 
@@ -46,6 +45,8 @@ class _Group:
     path: str
     prims: dict[str, Prim]
     matrices: list[Matrix] = field(default_factory=list)
+    #: By index: those that move while the shutter is open.
+    ways: dict[int, Way] = field(default_factory=dict)
 
 
 @dataclass
@@ -78,10 +79,10 @@ class SceneSync:
         """Have all geometry read anew."""
         self._meshes.clear()
 
-    def sync(self, depsgraph: bpy.types.Depsgraph, *, is_transparent: bool) -> int:
+    def sync(self, depsgraph: bpy.types.Depsgraph, *, is_transparent: bool, motions: Motions = STILL) -> int:
         """Bring the delegate to the scene; return how many prims changed. The camera stays."""
         messages = Messages()
-        reading = _Reading(depsgraph, self._images, self._volumes, self._meshes, messages)
+        reading = _Reading(depsgraph, self._images, self._volumes, self._meshes, messages, motions)
         prims = reading.read()
         prims.update(
             read_world(
@@ -118,6 +119,7 @@ class _Reading:
         volumes: VolumeFiles,
         meshes: dict[tuple[object, ...], _Cached],
         messages: Messages,
+        motions: Motions,
     ) -> None:
         self.used: dict[tuple[object, ...], _Cached] = {}
         self._depsgraph = depsgraph
@@ -126,8 +128,9 @@ class _Reading:
         self._volumes = volumes
         self._meshes = meshes
         self._messages = messages
+        self._motions = motions
         self._groups: dict[tuple[object, ...], _Group | None] = {}
-        self._lists: dict[tuple[int, int, float], list[Matrix]] = {}
+        self._found: dict[tuple[int, int, float], _Group] = {}
         self._prims: dict[str, Prim] = {materials.DEFAULT_PATH: materials.DEFAULT}
         self._looks: dict[tuple[int, float | None], tuple[str, frozenset[str]]] = {}
         self._paths: set[str] = set()
@@ -146,21 +149,27 @@ class _Reading:
     def _add(self, instance: bpy.types.DepsgraphObjectInstance) -> None:
         thing = instance.object
         kind = thing.type
+        way = self._motions.of(instance)
         if kind == "LIGHT":
             path = self._unused(f"/{thing.name_full}")
             light = read_light(thing.data, to_array(instance.matrix_world), path, self._messages)
             report_light_linking(thing, path, self._messages)
+            if way is not None:
+                self._report_motion(path)
             if light is not None:
                 self._prims[path] = replace(light, camera_visible=thing.visible_camera)
             return
         if kind in _SILENT or thing.data is None:
             return
-        self._group_of(instance, thing, kind).append(instance.matrix_world.copy())
+        group = self._group_of(instance, thing, kind)
+        if way is not None:
+            group.ways[len(group.matrices)] = way
+        group.matrices.append(instance.matrix_world.copy())
 
     def _group_of(
         self, instance: bpy.types.DepsgraphObjectInstance, thing: bpy.types.Object, kind: str
-    ) -> list[Matrix]:
-        """Return the list of placements that an object belongs to."""
+    ) -> _Group:
+        """Return the group that an object belongs to; one for itself if it is not drawn."""
         # Scaled volumes differ in their material.
         scale = 1.0
         if kind == "VOLUME":
@@ -168,19 +177,21 @@ class _Reading:
         source = instance.instance_object if instance.is_instance else thing
         # Objects differ in their materials and so on: asked only of the first of them.
         short = (source.as_pointer(), thing.data.as_pointer(), scale)
-        if short not in self._lists:
-            group = self._full_group(thing, kind, scale)
-            self._lists[short] = [] if group is None else group.matrices
-        return self._lists[short]
+        if short not in self._found:
+            self._found[short] = self._full_group(thing, kind, scale) or _Group("", {})
+        return self._found[short]
 
     def _full_group(self, thing: bpy.types.Object, kind: str, scale: float) -> _Group | None:
         slots = tuple(s.material.name_full if s.material else "" for s in thing.material_slots)
         key = (thing.data.as_pointer(), kind, slots, scale)
-        if kind in _TO_MESH:
+        if kind in TO_MESH:
             key = (*key, thing.as_pointer())
         if key not in self._groups:
             self._groups[key] = self._read(thing, kind, scale)
-            report_object(thing, f"/{thing.name_full}", self._depsgraph.view_layer, self._messages)
+            path = f"/{thing.name_full}"
+            report_object(thing, path, self._depsgraph.view_layer, self._messages)
+            if thing.name_full in self._motions.bent:
+                self._messages.warning(path, "its shape changes while the shutter is open", ACTION)
         return self._groups[key]
 
     def _unused(self, path: str) -> str:
@@ -199,7 +210,7 @@ class _Reading:
                 path, "smoke domains are not supported", "it is not drawn; load its cache as a Volume object"
             )
             return None
-        if kind == "MESH" or kind in _TO_MESH:
+        if kind == "MESH" or kind in TO_MESH:
             mesh = self._mesh(thing, path)
             return None if mesh is None else _Group(path, {path: mesh})
         if kind == "VOLUME":
@@ -217,11 +228,8 @@ class _Reading:
         cached = self._meshes.get(key)
         if cached is None:
             messages = Messages()
-            is_mesh = thing.type == "MESH"
-            mesh = thing.data if is_mesh else thing.to_mesh()
-            read = read_mesh(mesh, path, materials=slots, primvars=wanted, messages=messages)
-            if not is_mesh:
-                thing.to_mesh_clear()
+            with mesh_of(thing) as mesh:
+                read = read_mesh(mesh, path, materials=slots, primvars=wanted, messages=messages)
             owners = {compat.session_uid(original)}
             if thing.data.original is not None:
                 owners.add(compat.session_uid(thing.data.original))
@@ -275,12 +283,19 @@ class _Reading:
         """Add the prims of a group: in place if it is one, else as prototypes of an instancer."""
         if len(group.matrices) == 1:
             world = to_array(group.matrices[0])
-            self._prims.update({path: _placed(prim, world, None) for path, prim in group.prims.items()})
+            keys = group.ways[0].keys() if group.ways else ()
+            self._prims.update({path: _placed(prim, world, None, keys) for path, prim in group.prims.items()})
+            if keys and isinstance(group.prims[group.path], Volume):
+                self._report_motion(group.path)
             return
         instancer = f"{group.path}/instances"
-        self._prims[instancer] = Instancer(transforms=to_arrays(group.matrices))
+        placed = to_arrays(group.matrices)
+        self._prims[instancer] = Instancer(transforms=placed, motion=instancer_keys(placed, group.ways))
         identity = np.eye(4)
         self._prims.update({path: _placed(prim, identity, instancer) for path, prim in group.prims.items()})
+
+    def _report_motion(self, path: str) -> None:
+        self._messages.warning(path, "it moves while the shutter is open", ACTION)
 
 
 def _is_smoke_domain(thing: bpy.types.Object) -> bool:
@@ -292,9 +307,11 @@ def _is_smoke_domain(thing: bpy.types.Object) -> bool:
     )
 
 
-def _placed(prim: Prim, world: np.ndarray, instancer: str | None) -> Prim:
+def _placed(
+    prim: Prim, world: np.ndarray, instancer: str | None, motion: tuple[TransformKey, ...] = ()
+) -> Prim:
     if isinstance(prim, Mesh):
-        return replace(prim, world_from_object=world, instancer=instancer)
+        return replace(prim, world_from_object=world, instancer=instancer, motion=motion)
     if isinstance(prim, Volume):
         return replace(prim, world_from_object=world, instancer=instancer)
     return replace(prim, world_from_field=world)  # type: ignore[call-arg]

@@ -17,8 +17,9 @@ _PARTS = {"use_solid": "surfaces", "use_volumes": "volumes"}
 
 def report_scene(scene: bpy.types.Scene, layer: bpy.types.ViewLayer, messages: Messages) -> None:
     """Report what the settings of a scene and of a view layer ask for in vain."""
-    if scene.render.use_motion_blur:
-        messages.warning("", "motion blur is not supported", "the frame's own time is rendered")
+    curve = scene.render.motion_blur_shutter_curve.curves[0]
+    if scene.render.use_motion_blur and any(point.location[1] != 1.0 for point in curve.points):
+        messages.warning("", "shutter curves are not supported", "the shutter opens and closes at once")
     if scene.render.use_multiview:
         messages.warning("", "stereoscopy is not supported", "all views are those of the one camera")
     place = f"/{layer.name}"

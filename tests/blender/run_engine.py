@@ -65,16 +65,34 @@ def transparent(folder: Path) -> dict[str, Any]:
     return {"said": render()}
 
 
-def animation(folder: Path) -> dict[str, Any]:
-    """Three frames of a moving ball with persistent data, the last like the first."""
+def _hop(folder: Path) -> Any:
+    """Three frames of a moving ball, the last like the first."""
     scene = still_life(folder)
-    scene.render.use_persistent_data = True
     scene.frame_start, scene.frame_end = 1, 3
     ball = bpy.data.objects["Sphere"]
     for frame, x in ((1, 0.0), (2, 0.5), (3, 0.0)):
         ball.location.x = x
         ball.keyframe_insert("location", frame=frame)
+    return scene
+
+
+def animation(folder: Path) -> dict[str, Any]:
+    """Frames with persistent data."""
+    scene = _hop(folder)
+    scene.render.use_persistent_data = True
     return {"said": render(animation=True)}
+
+
+def blurred_animation(folder: Path) -> dict[str, Any]:
+    """Blurred frames, with and without persistent data."""
+    scene = _hop(folder)
+    scene.render.use_motion_blur = True
+    said = []
+    for name, is_kept in (("kept", True), ("fresh", False)):
+        scene.render.use_persistent_data = is_kept
+        scene.render.filepath = f"{folder}/{name}"
+        said.append(render(animation=True))
+    return {"said": said}
 
 
 def error_in_animation(folder: Path) -> dict[str, Any]:
@@ -226,10 +244,21 @@ def again(folder: Path) -> dict[str, Any]:
     return {"said": render(), "engine": scene.render.engine, "panels of lights": lights}
 
 
-_ALL = (passes, region, transparent, animation, error_in_animation, missing_grid, unknown_node)
+_ALL = (passes, region, transparent, missing_grid, unknown_node)
+_ANIMATIONS = (animation, blurred_animation, error_in_animation)
 CASES = {
     f.__name__: f
-    for f in (*_ALL, *CASES_OF_GRIDS, *CASES_OF_WISHES, time_limit, edits, viewport, speed, again)
+    for f in (
+        *_ALL,
+        *_ANIMATIONS,
+        *CASES_OF_GRIDS,
+        *CASES_OF_WISHES,
+        time_limit,
+        edits,
+        viewport,
+        speed,
+        again,
+    )
 }
 
 

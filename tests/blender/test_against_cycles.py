@@ -36,6 +36,7 @@ _EXACT = (
     *("hdri", "gradient sky", "sky texture", "shifted camera", "parallel camera"),
     *("cube", "absorption colour", "black body", "scatter and absorption", "coefficients", "overlap"),
     *("noise", "noise 4D", "voronoi", "gradient", "wave", "coloured noise", "glowing ball"),
+    *("moving cube", "moving instances", "moving camera"),
     *("world fog", "plastic", "matte", "metal", "glossy", "glass", "half there", "glowing"),
 )
 

@@ -86,6 +86,17 @@ def test_an_animation_with_persistent_data(tmp_path: Path) -> None:
     assert np.abs(first - second).mean() > 0.01
 
 
+def test_a_blurred_animation_with_persistent_data(tmp_path: Path) -> None:
+    assert play("blurred_animation", tmp_path)["said"] == ["FINISHED"] * 2
+    kept, fresh = (
+        [exr.read_rgb(tmp_path / f"{name}{frame:04d}.exr") for frame in (1, 2, 3)]
+        for name in ("kept", "fresh")
+    )
+    for k, f in zip(kept, fresh, strict=True):
+        assert (k == f).all(), "what is kept between frames changes no bit"
+    assert np.abs(fresh[0] - fresh[1]).mean() > 0.003
+
+
 def test_an_error_ends_the_animation(tmp_path: Path) -> None:
     seen = play("error_in_animation", tmp_path)
     assert "no camera" in seen["said"], seen
@@ -125,6 +136,21 @@ def test_what_cannot_be_rendered_is_named(tmp_path: Path) -> None:
         *("camera (by its collection)", "light linking", "hair", "diffuse rays", "panoramic"),
     ):
         assert what in seen["report"], (what, seen["report"])
+
+
+def test_what_moves_and_is_not_blurred_is_named(tmp_path: Path) -> None:
+    seen = play("unblurred", tmp_path)
+    assert seen["said"] == seen["again"] == "FINISHED"
+    assert seen["frame"] == 1.0, "Blender is brought back"
+    told = [line for line in seen["report"].splitlines() if "shutter is open" in line]
+    assert len(told) == 4, seen["report"]
+    for path, what in (
+        *(("AREA", "it moves"), ("Plane", "its shape"), ("Text", "its shape")),
+        *(("Cube", "its medium moves"), ("Camera", "its lens changes")),
+    ):
+        assert any(path in line and what in line for line in told), (path, told)
+    assert "shutter curves are not supported" not in seen["report"]
+    assert "shutter curves are not supported" in seen["curve"]
 
 
 def test_view_layers_and_worlds_have_their_way(tmp_path: Path) -> None:

@@ -72,8 +72,8 @@ def test_the_shutter_tells_how_the_camera_moves(camera):
     camera.CreateShutterCloseAttr(0.5)
     read = read_camera(camera.GetPrim(), Usd.TimeCode(10), Messages())
     assert [key.time for key in read.motion] == [0.0, 0.25, 0.5, 1.0]
-    assert read.motion[0].world_from_camera[0, 3] == pytest.approx(9.5 / 9.75)
-    assert [key.world_from_camera[0, 3] for key in read.motion[1:]] == [1, 3, 3.5]
+    assert read.motion[0].world_from_object[0, 3] == pytest.approx(9.5 / 9.75)
+    assert [key.world_from_object[0, 3] for key in read.motion[1:]] == [1, 3, 3.5]
     assert read_camera(camera.GetPrim(), Usd.TimeCode(10), Messages(), motion_blur=False).motion == ()
     assert read_camera(camera.GetPrim(), Usd.TimeCode(12), Messages()).motion == (), "it stands still there"
     camera.GetShutterCloseAttr().Set(-0.5)

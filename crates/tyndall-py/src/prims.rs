@@ -309,7 +309,7 @@ pub(crate) fn camera(object: Object) -> PyResult<Prim> {
     let projection: String = get(object, "projection")?;
     Ok(Prim::Camera(Arc::new(Camera {
         world_from_camera: transform(object, "world_from_camera")?,
-        motion: keys(object, camera_key)?,
+        motion: keys(object, transform_key)?,
         projection: match projection.as_str() {
             "perspective" => Projection::Perspective,
             "orthographic" => Projection::Orthographic,
@@ -336,11 +336,6 @@ fn transforms(object: Object) -> PyResult<Vec<DAffine3>> {
 
 fn transform_key(key: Object) -> PyResult<TransformKey> {
     Ok(TransformKey { time: get(key, "time")?, world_from_object: transform(key, "world_from_object")? })
-}
-
-fn camera_key(key: Object) -> PyResult<CameraKey> {
-    let time = get(key, "time")?;
-    Ok(CameraKey { time, world_from_camera: transform(key, "world_from_camera")? })
 }
 
 /// A JSON value as a Python object.

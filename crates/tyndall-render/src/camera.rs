@@ -253,8 +253,8 @@ mod tests {
         assert!(m.ray(Vec2::splat(0.5), Vec2::ZERO, 0.0).ray.direction.z < -0.99);
     }
 
-    fn key(time: f64, world_from_camera: DAffine3) -> prim::CameraKey {
-        prim::CameraKey { time, world_from_camera }
+    fn key(time: f64, world_from_object: DAffine3) -> prim::TransformKey {
+        prim::TransformKey { time, world_from_object }
     }
 
     #[test]

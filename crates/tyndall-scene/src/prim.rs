@@ -8,7 +8,7 @@ mod material;
 mod motion;
 mod volume;
 
-pub use camera::{Camera, CameraKey, Projection};
+pub use camera::{Camera, Projection};
 pub use geometry::{Interpolation, Mesh, Primvar, Shape, ShapeKind, Subdivision, SubdivisionScheme, Subset};
 pub use instancer::Instancer;
 pub use light::{ConeProfile, DomeTexture, Light, LightKind, Shaping};

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from pxr import Gf, Usd, UsdGeom
-from tyndall.prims import Camera, CameraKey
+from tyndall.prims import Camera, TransformKey
 
 from tyndall_usd.read.xform import to_matrix, world_matrix
 
@@ -69,7 +69,7 @@ def shutter_interval(camera: Usd.Prim, time: Usd.TimeCode) -> Gf.Interval:
     )
 
 
-def _motion(prim: Usd.Prim, interval: Gf.Interval) -> tuple[CameraKey, ...]:
+def _motion(prim: Usd.Prim, interval: Gf.Interval) -> tuple[TransformKey, ...]:
     """Return where the camera is when its shutter opens and closes, and at the samples in between."""
     if interval.IsEmpty():
         return ()
@@ -84,7 +84,7 @@ def _motion(prim: Usd.Prim, interval: Gf.Interval) -> tuple[CameraKey, ...]:
         return ()
     scale = 1.0 / interval.GetSize()
     return tuple(
-        CameraKey((at - interval.min) * scale, key) for at, key in zip(sorted(times), keys, strict=True)
+        TransformKey((at - interval.min) * scale, key) for at, key in zip(sorted(times), keys, strict=True)
     )
 
 

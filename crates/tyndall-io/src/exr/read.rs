@@ -3,8 +3,9 @@
 use crate::limits::{check_decoded_bytes, guard_decoder, image_bytes};
 use crate::{IoError, MetaValue};
 use exr::block::UncompressedBlock;
-use exr::block::chunk::Chunk;
-use exr::block::reader::{ChunksReader, Reader};
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::reader::ChunksReader;
+use exr::io::PeekRead;
 use exr::meta::MetaData;
 use exr::meta::header::Header;
 use exr::prelude::{AttributeValue, IntegerBounds, SampleType, Vec2};
@@ -58,18 +59,36 @@ pub fn read_exr(path: &Path) -> Result<ExrImage, IoError> {
     guard_decoder(path, || read_from(path, BufReader::new(file), file_bytes))
 }
 
-fn read_from(path: &Path, file: impl Read + Seek, file_bytes: u64) -> Result<ExrImage, IoError> {
+fn read_from(path: &Path, mut file: impl Read + Seek, file_bytes: u64) -> Result<ExrImage, IoError> {
     let damaged = |e: exr::error::Error| decode_error(path, e);
+    let meta = exr::block::read(&mut file, false).map_err(damaged)?.into_meta_data();
+    check_headers(path, &meta.headers, file_bytes)?;
+    let has_table = has_table(&mut file, &meta).map_err(damaged)?;
+    file.rewind().map_err(|e| IoError::read(path, e))?;
     let reader = exr::block::read(file, false).map_err(damaged)?;
-    check_headers(path, reader.headers(), file_bytes)?;
     let mut image = empty_image(reader.headers());
     let first_channel = first_channels(reader.headers());
-    read_pixels(reader, |headers, block| {
+    let insert = |headers: &[Header], block: UncompressedBlock| {
         let (header, first) = (&headers[block.index.layer], first_channel[block.index.layer]);
         copy_block(&mut image, header, first, block);
-    })
+    };
+    if has_table {
+        let chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0));
+        chunks.and_then(|chunks| read_pixels(chunks, insert))
+    } else {
+        reader.all_chunks(false).and_then(|chunks| read_pixels(chunks, insert))
+    }
     .map_err(damaged)?;
     Ok(image)
+}
+
+/// Whether the offset table, which begins where `file` is after the headers, was ever written.
+///
+/// Programs reserve it as zeros and fill it in at the end; those that cannot go back leave the zeros (Blender 5.2 does
+/// so in files that it packs). Chunks then follow one another in the file and say themselves where they belong.
+fn has_table(file: &mut impl Read, meta: &MetaData) -> exr::error::Result<bool> {
+    let tables = MetaData::read_offset_tables(&mut PeekRead::new(file), &meta.headers)?;
+    Ok(tables.iter().flatten().any(|&place| place != 0))
 }
 
 fn decode_error(path: &Path, error: exr::error::Error) -> IoError {
@@ -169,11 +188,10 @@ fn first_channels(headers: &[Header]) -> Vec<usize> {
 ///
 /// Decompresses with rayon's `par_iter` and not with the crate's own pool: a codec that panics on a hostile file would
 /// abort the process there, while `par_iter` brings the panic back to [`guard_decoder`].
-fn read_pixels<R: Read + Seek>(
-    reader: Reader<R>,
+fn read_pixels(
+    mut chunks: impl ChunksReader,
     mut insert: impl FnMut(&[Header], UncompressedBlock),
 ) -> exr::error::UnitResult {
-    let mut chunks = reader.filter_chunks(false, |_, tile, _| tile.level_index == Vec2(0, 0))?;
     let meta: MetaData = chunks.meta_data().clone();
     loop {
         let batch: Vec<Chunk> = chunks.by_ref().take(BATCH).collect::<Result<_, _>>()?;
@@ -182,9 +200,17 @@ fn read_pixels<R: Read + Seek>(
         }
         let blocks: Vec<_> = batch
             .into_par_iter()
+            .filter(is_of_full_resolution)
             .map(|chunk| UncompressedBlock::decompress_chunk(chunk, &meta, false))
             .collect::<Result<_, _>>()?;
         blocks.into_iter().for_each(|block| insert(&meta.headers, block));
+    }
+}
+
+fn is_of_full_resolution(chunk: &Chunk) -> bool {
+    match &chunk.compressed_block {
+        CompressedBlock::Tile(tile) => tile.coordinates.level_index == Vec2(0, 0),
+        _ => true,
     }
 }
 

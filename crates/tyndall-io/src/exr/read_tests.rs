@@ -108,6 +108,37 @@ fn every_truncation_is_an_error() {
     }
 }
 
+/// Where the offset table is: it ends where the first chunk begins.
+fn table_of(bytes: &[u8], chunks: usize) -> std::ops::Range<usize> {
+    let place = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap());
+    let start = (0..bytes.len() - 8).find(|&at| place(at) == (at + 8 * chunks) as u64).unwrap();
+    start..start + 8 * chunks
+}
+
+#[test]
+fn without_an_offset_table_chunks_are_read_as_they_come() {
+    let (_folder, path) = scratch();
+    let n = 37 * 21;
+    for (tiles, chunks) in [(None, 21), (Some(16), 3 * 2)] {
+        let half = FlatSamples::F16((0..n).map(|i| f16::from_f32(i as f32)).collect());
+        let layer = part("rgba", (0, 0), (37, 21), tiles, vec![("R", half)]);
+        save(&path, IntegerBounds::from_dimensions((37, 21)), vec![layer]);
+        let whole = fs::read(&path).unwrap();
+        let table = table_of(&whole, chunks);
+        let mut emptied = whole.clone();
+        emptied[table.clone()].fill(0);
+        assert_ne!(emptied, whole);
+        assert_eq!(decode(&emptied).unwrap(), decode(&whole).unwrap());
+        for len in (0..emptied.len()).step_by(7) {
+            assert!(decode(&emptied[..len]).is_err(), "{tiles:?} cut at {len} of {}", emptied.len());
+        }
+        // A table that was written and is damaged says that the rest may be, too.
+        let mut half_empty = whole;
+        half_empty[table.start..table.end - 8].fill(0);
+        assert!(matches!(decode(&half_empty), Err(IoError::Damaged { .. })), "{tiles:?}");
+    }
+}
+
 #[test]
 fn a_header_announcing_terabytes_is_refused() {
     let bytes = sample_file(ExrCompression::Zip);

@@ -2,7 +2,7 @@
 
 use super::rigid_part;
 use glam::{DVec3, Mat3A, Quat, Vec3A};
-use tyndall_scene::prim::CameraKey;
+use tyndall_scene::prim::TransformKey;
 use tyndall_scene::{Diagnostics, PrimPath};
 
 /// Where a camera is at some times, relative to the origin of camera-relative space. Between two of them it goes straight
@@ -24,13 +24,13 @@ impl Motion {
     /// From the prim's keys; `None` of a camera that stands still.
     pub(super) fn new(
         path: &PrimPath,
-        keys: &[CameraKey],
+        keys: &[TransformKey],
         origin: DVec3,
         diagnostics: &mut Diagnostics,
     ) -> Option<Self> {
         let mut places: Vec<Place> = Vec::new();
         for key in keys {
-            let (rotation, position) = rigid_part(path, key.world_from_camera, diagnostics);
+            let (rotation, position) = rigid_part(path, key.world_from_object, diagnostics);
             let (time, rotation) = (key.time as f32, Quat::from_mat3a(&rotation));
             let position = (position - origin).as_vec3a();
             let is_next = places.last().is_none_or(|last| last.time < time);

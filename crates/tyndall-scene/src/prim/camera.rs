@@ -1,5 +1,6 @@
 //! Cameras.
 
+use super::TransformKey;
 use glam::{DAffine3, DVec2};
 use serde::Serialize;
 
@@ -13,15 +14,6 @@ pub enum Projection {
     Orthographic,
 }
 
-/// Where a moving camera is at some moment.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct CameraKey {
-    /// In [0, 1]: 0 when the shutter opens, 1 when it closes.
-    pub time: f64,
-    /// Places the camera; scale is ignored.
-    pub world_from_camera: DAffine3,
-}
-
 /// A camera looking along its local -z with +y up (UsdGeomCamera).
 ///
 /// Apertures and focal length share one unit (tenths of a stage unit in USD); only their ratios matter for perspective.
@@ -30,7 +22,7 @@ pub struct Camera {
     /// Places the camera at the time of the frame; scale is ignored.
     pub world_from_camera: DAffine3,
     /// Where it is while the shutter is open, in the order of time; fewer than two of a camera that stands still.
-    pub motion: Vec<CameraKey>,
+    pub motion: Vec<TransformKey>,
     /// Kind of projection.
     pub projection: Projection,
     /// Horizontal and vertical film size. Perspective: same unit as `focal_length`; orthographic: stage units.

@@ -1,6 +1,7 @@
 //! Prims that move while the shutter is open.
 //!
-//! Between two keys, matrices are interpolated linearly: whoever turns something gives as many keys as the arc needs.
+//! Between two keys, the matrices of objects and instances are interpolated linearly: whoever turns one gives as many keys
+//! as the arc needs. Cameras go straight and turn evenly.
 
 use glam::DAffine3;
 use serde::Serialize;
@@ -10,7 +11,7 @@ use serde::Serialize;
 pub struct TransformKey {
     /// In [0, 1]: 0 when the shutter opens, 1 when it closes.
     pub time: f64,
-    /// Places the object; for instanced prims relative to the instance.
+    /// Places the object; for instanced prims relative to the instance. Of cameras, scale is ignored.
     pub world_from_object: DAffine3,
 }
 
