@@ -91,11 +91,6 @@ impl SegmentGuide {
         Self { is_worth_walking, ..guide }
     }
 
-    /// What the sums of a direction in a region of the field say.
-    fn of_direction(moments: &Moments, strategy: Strategy, cost_factor: f32) -> Self {
-        Self::new(moments, strategy, ScatteringOdds::new(moments.odds().kappa() * cost_factor))
-    }
-
     fn new(moments: &Moments, strategy: Strategy, odds: ScatteringOdds) -> Self {
         let outlier_limit = moments.outlier_limit();
         let choice = match (strategy, moments.variance_target()) {
@@ -181,8 +176,9 @@ impl FurtherSegments {
     /// What the sums of a direction say; `None` where tracking is about as good.
     #[inline]
     pub fn guide(&self, moments: &Moments) -> Option<SegmentGuide> {
-        let pays = second_moment_left(moments.odds().kappa(), moments) < WORTH_CHOOSING;
-        pays.then(|| SegmentGuide::of_direction(moments, self.strategy, self.cost_factor))
+        let kappa = moments.odds().kappa();
+        let pays = second_moment_left(kappa, moments) < WORTH_CHOOSING;
+        pays.then(|| SegmentGuide::new(moments, self.strategy, ScatteringOdds::new(kappa * self.cost_factor)))
     }
 }
 
