@@ -217,9 +217,14 @@ def f12_story() -> Iterator[Any]:
     seen: list[str] = []
     bpy.app.handlers.render_complete.append(lambda *_: seen.append("complete"))
     bpy.app.handlers.render_cancel.append(lambda *_: seen.append("cancel"))
+    # The frames around this one are read on the thread that renders, and only for this picture.
+    scene = bpy.context.scene
+    scene.render.use_motion_blur = True
     with override("VIEW_3D"):
         bpy.ops.render.render("INVOKE_DEFAULT", write_still=True)
     yield "F12", lambda: "complete" in seen
+    LOG["frame after F12"] = scene.frame_current_final
+    scene.render.use_motion_blur = False
     yield "F12 drawn", pause(1.5)
     screenshot("f12")
     bpy.context.scene.tyndall.samples = 1_000_000

@@ -116,7 +116,7 @@ def test_an_error_ends_an_animation_with_an_exit_code(blender: BlenderRoot) -> N
         "import bpy\n"
         "def lose(scene, *_):\n"
         "    scene.tyndall.strict = True\n"
-        "    if scene.frame_current == 2: scene.render.use_motion_blur = True\n"
+        "    if scene.frame_current == 2: scene.render.use_multiview = True\n"
         "bpy.app.handlers.frame_change_pre.append(lose)\n"
     )
     done = blender.run(
@@ -206,6 +206,7 @@ def test_f12_shows_what_the_viewport_showed(seen: dict[str, Any]) -> None:
     file = np.asarray(Image.open(OUT / "ui/render.png").convert("RGB"), np.float64)
     assert file.shape == (120, 160, 3)
     assert share(file, "green") > 0.01
+    assert seen["frame after F12"] == 1.0, "looking around for motion moved the scene"
 
 
 def test_esc_ends_a_render_soon(seen: dict[str, Any]) -> None:
