@@ -94,6 +94,26 @@ class TYNDALL_PT_film(_Panel, bpy.types.Panel):
         self.layout.prop(context.scene.render, "film_transparent", text="Transparent")
 
 
+class TYNDALL_PT_motion_blur(_Panel, bpy.types.Panel):
+    """Blender's shutter; its own panels have settings of other engines."""
+
+    bl_label = "Motion blur"
+    bl_options = {"DEFAULT_CLOSED"}  # noqa: RUF012 - Blender's own attribute
+
+    def draw_header(self, context: bpy.types.Context) -> None:
+        """Draw the switch."""
+        self.layout.prop(context.scene.render, "use_motion_blur", text="")
+
+    def draw(self, context: bpy.types.Context) -> None:
+        """Draw the panel."""
+        render = context.scene.render
+        column = self.layout.column()
+        column.use_property_split = True
+        column.active = render.use_motion_blur
+        column.prop(render, "motion_blur_position")
+        column.prop(render, "motion_blur_shutter")
+
+
 class TYNDALL_PT_report(_Panel, bpy.types.Panel):
     """What was not rendered as asked."""
 
@@ -152,6 +172,7 @@ _CLASSES = (
     TYNDALL_PT_guiding,
     TYNDALL_PT_cache,
     TYNDALL_PT_film,
+    TYNDALL_PT_motion_blur,
     TYNDALL_PT_report,
     TYNDALL_PT_passes,
 )
