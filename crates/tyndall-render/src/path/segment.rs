@@ -83,26 +83,27 @@ impl<G: Guidance> Path<'_, G> {
         scratch: &mut Scratch,
         statistics: &mut PathStatistics,
     ) -> Walk {
+        let keeps_candidate = self.guidance.lights_candidates();
         // What a pixel chooses with is shifted also where it only tracks: that it does depends on its earlier samples.
-        let walks = needs_candidates(self.world.media(), &scratch.spans);
-        let (walk, ending) = match self.guidance.camera().filter(|guide| !walks || guide.is_worth_walking()) {
-            Some(guide) => {
-                let keeps_candidate = self.guidance.lights_candidates();
-                let (resampled, ending) =
-                    self.sample_guided(&guide, u, keeps_candidate, ray, scratch, statistics);
-                if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
-                    self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
-                    if ending.class == EventClass::Volume {
-                        self.guidance.mark_lit();
+        let may_track = !keeps_candidate && needs_candidates(self.world.media(), &scratch.spans);
+        let (walk, ending) =
+            match self.guidance.camera().filter(|guide| !may_track || guide.is_worth_walking()) {
+                Some(guide) => {
+                    let (resampled, ending) =
+                        self.sample_guided(&guide, u, keeps_candidate, ray, scratch, statistics);
+                    if let Some((tyndall_volume::Event::Scatter { t, phase }, weight)) = resampled.candidate {
+                        self.add_candidate_light::<MEDIA>(t, phase, weight, ray, lit, scratch, statistics);
+                        if ending.class == EventClass::Volume {
+                            self.guidance.mark_lit();
+                        }
                     }
+                    (resampled.walk, ending)
                 }
-                (resampled.walk, ending)
-            }
-            None => {
-                self.rng.lead_with(u);
-                self.track(ray, scratch, statistics)
-            }
-        };
+                None => {
+                    self.rng.lead_with(u);
+                    self.track(ray, scratch, statistics)
+                }
+            };
         if self.guidance.learns_choice() {
             self.guidance.remember(Lesson::new(&self.recorder, &ending, ray.t_max, statistics));
         }
